@@ -1,0 +1,97 @@
+// The lane type: what a formula is evaluated on.
+//
+// Shading formulas and samplers are templates on a lane type T:
+//   float               readable reference code that can be stepped through,
+//   double              the oracle that the numerics tests compare with,
+//   xsimd::batch<float> 8 or 16 paths at once, the production kernel of the stream integrator.
+// Write them with Mask<T> and select() where lanes can differ, never with `if` on a lane value.
+// The mathematical functions are found unqualified: here for scalars, by argument-dependent
+// lookup in namespace xsimd for batches. Ordinary `if` is for what is uniform over lanes (any()).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <type_traits>
+
+#include <xsimd/xsimd.hpp>
+
+namespace mbfeat {
+
+using std::abs;
+using std::acos;
+using std::asin;
+using std::atan2;
+using std::ceil;
+using std::copysign;
+using std::cos;
+using std::exp;
+using std::floor;
+using std::fma;
+using std::isfinite;
+using std::log;
+using std::max;
+using std::min;
+using std::pow;
+using std::sin;
+using std::sqrt;
+using std::tan;
+
+/// Properties of a lane type: its mask type, its scalar type and its number of lanes.
+template <class T>
+struct LaneTraits {
+    static_assert(std::is_floating_point_v<T>, "a lane type is float, double or an xsimd batch");
+    using Mask = bool;
+    using Scalar = T;
+    static constexpr int kWidth = 1;
+};
+
+template <class S, class A>
+struct LaneTraits<xsimd::batch<S, A>> {
+    using Mask = xsimd::batch_bool<S, A>;
+    using Scalar = S;
+    static constexpr int kWidth = static_cast<int>(xsimd::batch<S, A>::size);
+};
+
+template <class T>
+using Mask = typename LaneTraits<T>::Mask;
+template <class T>
+using Scalar = typename LaneTraits<T>::Scalar;
+
+/// a where m holds, else b. Both sides are evaluated: guard divisions and roots before.
+inline float select(bool m, float a, float b) { return m ? a : b; }
+inline double select(bool m, double a, double b) { return m ? a : b; }
+
+inline bool any(bool m) { return m; }
+inline bool all(bool m) { return m; }
+inline bool none(bool m) { return !m; }
+
+template <class T>
+T clamp(T x, T lo, T hi) {
+    return min(max(x, lo), hi);
+}
+
+template <class T>
+T lerp(T t, T a, T b) {
+    return fma(t, b - a, a);
+}
+
+template <class T>
+T sqr(T x) {
+    return x * x;
+}
+
+/// sqrt that returns 0 for arguments that rounding made slightly negative.
+template <class T>
+T safeSqrt(T x) {
+    return sqrt(max(x, T(0)));
+}
+
+inline constexpr float kPi = 3.14159265358979323846F;
+inline constexpr float kInvPi = 0.31830988618379067154F;
+inline constexpr float kTwoPi = 6.28318530717958647693F;
+
+/// The largest float below 1: random numbers and barycentrics are clamped to it.
+inline constexpr float kOneMinusEpsilon = 0x1.fffffep-1F;
+
+}  // namespace mbfeat

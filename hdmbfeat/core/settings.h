@@ -1,0 +1,90 @@
+// Render settings: one table of what can be set, and the resolution of who set it.
+//
+// Every `mbfeat:*` name is an entry of settingTable(). Descriptors of the render delegate, the USD
+// schema, the environment variables, the command line, the docs and the tests come from it.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/diagnostics.h"
+
+namespace mbfeat {
+
+using SettingValue = std::variant<bool, std::int64_t, double, std::string>;
+
+/// In rising precedence.
+enum class SettingSource : std::uint8_t { kDefault, kHost, kPrim, kEnvironment, kCommandLine };
+/// "default", "host", "prim", "environment", "command line".
+const char* settingSourceName(SettingSource source);
+
+struct SettingDescriptor {
+    std::string name;   ///< "mbfeat:samplesPerPixel"
+    std::string label;  ///< "Samples per pixel", for menus
+    SettingValue defaultValue;
+    double minimum = 0.0, maximum = 0.0;  ///< inclusive, for numbers
+    std::vector<std::string> allowed;     ///< for tokens: the valid values; empty: free text
+    std::string doc;                      ///< one sentence, with the unit
+};
+
+const std::vector<SettingDescriptor>& settingTable();
+
+/// "MBFEAT_SAMPLES_PER_PIXEL" for "mbfeat:samplesPerPixel".
+std::string settingEnvironmentName(const std::string& name);
+
+/// The layered values. Not thread-safe: the owner guards it.
+class Settings {
+public:
+    /// Sets a value; a text is parsed, and numbers are converted where nothing is lost. An unknown
+    /// name or a bad value is an error that names the nearest valid one and changes nothing.
+    Status set(SettingSource source, const std::string& name, const SettingValue& value);
+    /// Drops what that source set (the settings prim changed).
+    void clear(SettingSource source);
+    /// Reads the MBFEAT_* variables of the table; one error for each bad or unknown one.
+    std::vector<Error> readEnvironment();
+
+    const SettingValue& value(const std::string& name) const;  ///< name is in the table
+    SettingSource source(const std::string& name) const;
+
+    struct Resolved {
+        std::string name;
+        SettingValue value;
+        SettingSource source;
+    };
+    /// All settings in table order, for headers and reports.
+    std::vector<Resolved> resolved() const;
+
+private:
+    std::map<std::string, std::map<SettingSource, SettingValue>> layers_;
+};
+
+/// The value as it is written in headers and on command lines.
+std::string toString(const SettingValue& value);
+
+enum class PixelFilter : std::uint8_t { kBox, kTriangle, kGaussian, kBlackmanHarris, kMitchell };
+enum class OnError : std::uint8_t { kWarn, kAbort };
+
+/// The resolved settings with C++ types, as the renderer wants them.
+struct RenderOptions {
+    int samplesPerPixel = 64;
+    int maxBounces = 12;  ///< scattering events after the camera ray; 0 sees emission only
+    std::uint64_t seed = 0;
+    int threads = 0;  ///< 0: one a core
+    PixelFilter pixelFilter = PixelFilter::kBlackmanHarris;
+    float pixelFilterWidth = 3.0F;  ///< full width, pixels
+    int russianRouletteStart = 3;   ///< first vertex at which a path may be ended
+    float clampDirect = 0.0F;       ///< largest sample value, 0: no clamp (biased when on)
+    float clampIndirect = 0.0F;
+    bool robust = true;   ///< Embree's watertight traversal
+    int tileSize = 16;    ///< pixels on a side
+    std::string viewAov;  ///< AOV shown as `color`; empty: the image itself
+    OnError onError = OnError::kWarn;
+    double pathSampleMemory = 4.0;  ///< GiB that per-path samples may take
+};
+
+RenderOptions resolveOptions(const Settings& settings);
+
+}  // namespace mbfeat

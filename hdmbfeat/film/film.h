@@ -1,0 +1,75 @@
+// The film: adds path records up, per pixel and per AOV, and optionally keeps every path.
+//
+// Sums are in double and in sample order, so a pixel's value depends on its samples only.
+// Threads: add() may run for different pixels at once. Readers may run during a render and see
+// whole samples of each pixel or slightly torn ones in a preview; after the render they are exact.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "film/aovTable.h"
+#include "integrate/pathRecord.h"
+#include "scene/camera.h"
+
+namespace mbfeat {
+
+/// Layout of one kept path: named float fields in order, see pathSampleFields().
+struct PathSampleField {
+    std::string name;  ///< EXR channel name: "R", "Z", "subpixel.X", "mbfeat:albedo:0.R", ...
+    bool isInteger = false;
+};
+
+/// RGBA, Z (first-hit distance), subpixel x and y, the valid mask, the 54 features, and with
+/// `extended` the extended set.
+std::vector<PathSampleField> pathSampleFields(bool extended);
+
+struct FilmRequest {
+    ImageWindow window;
+    std::vector<std::string> aovs;  ///< distinct, all known to findAov(); `color` is always kept
+    bool keepPathSamples = false;
+    bool extendedPathSamples = false;
+    int samplesPerPixel = 0;  ///< capacity of the path sample store
+};
+
+class Film {
+public:
+    explicit Film(const FilmRequest& request);
+    ~Film();
+
+    const ImageWindow& window() const;
+    /// RecordFlags that the bound AOVs and kept samples need.
+    std::uint32_t recordFlags() const;
+    /// Primvar names behind primvars:* AOVs, in slot order of PathRecord::primvars.
+    const std::vector<std::string>& primvars() const;
+    const std::vector<AovDescriptor>& aovs() const;  ///< bound ones; index 0 is `color`
+
+    /// Adds a sample of pixel (x, y), display-window coordinates inside the data window.
+    void add(int x, int y, const PathRecord& record);
+    /// Forgets all samples.
+    void clear();
+    /// Samples added to that pixel.
+    std::uint32_t sampleCount(int x, int y) const;
+
+    /// Writes the AOV's current value as float32 (kInt AOVs: as int32 bit patterns through
+    /// resolveInt), row 0 at the top, width() values a pixel, data-window size.
+    void resolve(int aovIndex, float* out) const;
+    void resolveInt(int aovIndex, std::int32_t* out) const;
+    /// Index into aovs(), or -1.
+    int findBound(const std::string& name) const;
+
+    /// Kept paths: float[height][width][samplesPerPixel][fields]; integers as their values. Null when not kept.
+    const float* pathSamples() const;
+    int pathSampleCapacity() const;
+    const std::vector<PathSampleField>& pathSampleLayout() const;
+
+    std::size_t bytes() const;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace mbfeat

@@ -1,0 +1,78 @@
+// The render thread: takes a job (cameras and films of one scene), refines all films progressively
+// until every pixel has its samples, and finishes the job (writes products) before it is converged.
+//
+// Threads: the public members may be called from any one controlling thread at a time;
+// isConverged() and progress() from any. The films of a running job belong to the renderer:
+// resolve() them freely, but add nothing.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "film/film.h"
+#include "film/report.h"
+#include "integrate/integrator.h"
+
+namespace mbfeat {
+
+struct RenderView {
+    Camera camera;
+    std::shared_ptr<Film> film;
+    std::string cameraPath;  ///< for messages
+    int samplesPerPixel = 0;  ///< 0: RenderOptions::samplesPerPixel
+};
+
+struct RenderJob {
+    std::vector<RenderView> views;
+    RenderOptions options;
+    std::int64_t frame = 0;
+    /// First passes at few samples, for a viewer; else large passes.
+    bool interactive = false;
+    /// Called on the render thread after the last sample (also of an interrupted job whose host
+    /// asked to stop, with report.interrupted) and before isConverged() turns true. Adds what it
+    /// wrote to the report.
+    std::function<void(RenderReport&)> finish;
+};
+
+struct RenderProgress {
+    double fraction = 0.0;  ///< of all samples of the job, 0..1
+    double seconds = 0.0;   ///< since the job started, pauses excluded
+    double samplesPerSecond = 0.0;
+    double secondsLeft = 0.0;  ///< estimate; 0 when unknown
+    std::uint64_t samples = 0;
+};
+
+class Renderer {
+public:
+    explicit Renderer(Scene& scene);
+    /// Stops and joins.
+    ~Renderer();
+
+    /// Starts a job in the background; a running one is stopped first. The scene must not be
+    /// edited until stop() returned or the job converged.
+    void start(RenderJob job);
+    /// Stops after at most a few milliseconds; the films keep what they have. No finish call.
+    void stop();
+    void pause();
+    void resume();
+    bool isPaused() const;
+    /// True while the thread works on a job, paused or not.
+    bool isRendering() const;
+    /// True when the last job is complete, its finish call included, or was interrupted.
+    bool isConverged() const;
+    /// Blocks until the job converged.
+    void wait();
+
+    RenderProgress progress() const;
+    /// Of the last finished (or running) job.
+    RenderReport report() const;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace mbfeat

@@ -1,0 +1,36 @@
+// What a render was and did: the source of file headers, render statistics and the summary.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/settings.h"
+#include "integrate/integrator.h"
+
+namespace mbfeat {
+
+struct RenderReport {
+    std::string version;  ///< of MBFeat
+    std::string stage;    ///< root layer, where the host told it; else empty
+    std::int64_t frame = 0;
+    std::vector<Settings::Resolved> settings;
+    EffectCensus census;
+    TraceStatistics trace;
+    int samplesPerPixel = 0;
+    /// Seconds by phase, in order: "commit", "sampling", "write", ...
+    std::vector<std::pair<std::string, double>> seconds;
+    std::vector<std::string> written;  ///< files
+    std::vector<std::string> errors;   ///< e.g. products that could not be written
+    int warnings = 0;
+    bool interrupted = false;  ///< ended before all samples
+
+    double totalSeconds() const;
+    /// The report as a JSON object.
+    std::string json() const;
+    /// EXR header attributes: name ("mbfeat:version", "mbfeat:seed", ...) and text value.
+    std::vector<std::pair<std::string, std::string>> headerAttributes() const;
+};
+
+}  // namespace mbfeat
