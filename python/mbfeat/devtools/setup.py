@@ -1,0 +1,98 @@
+"""``./run COMMAND...``: sets up what is missing, then becomes COMMAND.
+
+Own commands are ``test``, ``lint``, ``mbfeat`` and ``usdrecord``; anything else is looked up on
+PATH. With MBFEAT_SKIP_BUILD set, an existing build is used as it is.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from pathlib import Path
+from types import FrameType
+from typing import NoReturn
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+from mbfeat.devtools import environment, steps  # noqa: E402
+from mbfeat.devtools.console import Console, SetupError  # noqa: E402
+from mbfeat.devtools.layout import Layout, this_layout  # noqa: E402
+
+TASKS = ("test", "lint")
+USAGE = """\
+usage: ./run COMMAND [ARGUMENT...]
+Sets up what is missing, then runs COMMAND in the project's environment. Among others:
+  ./run usdrecord --renderer MBFeat STAGE IMAGE   render a stage
+  ./run mbfeat --help                             the project's own command
+  ./run test [--cpp | --python] [PYTEST-OPTION...]   run the tests
+  ./run lint                                      check format, style and types
+"""
+
+
+def main(arguments: list[str]) -> int:
+    if not arguments or arguments[0] in ("-h", "--help"):
+        sys.stderr.write(USAGE)
+        return 0 if arguments else 2
+    layout = this_layout()
+    signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        set_up(layout, list(steps.ALWAYS) + (list(steps.FOR_LINT) if arguments[0] == "lint" else []))
+    except SetupError as error:
+        sys.stderr.write(f"run: {error}\n")
+        return 1
+    except OSError as error:
+        sys.stderr.write(f"run: set-up failed: {error.strerror}: {error.filename}.\n")
+        return 1
+    except KeyboardInterrupt:
+        sys.stderr.write("\nrun: interrupted; run it again to go on.\n")
+        return 130
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    become(layout, arguments)
+
+
+def set_up(layout: Layout, wanted: list[type[steps.Step]]) -> None:
+    """Runs the steps that are not done; raises SetupError at the first that fails."""
+    if os.environ.get("MBFEAT_SKIP_BUILD"):
+        wanted = [step for step in wanted if step is not steps.Build]
+    console = Console()
+    if all(step(layout, console).is_done() for step in wanted):
+        return
+    import fcntl
+
+    layout.made.mkdir(parents=True, exist_ok=True)
+    with (layout.made / "lock").open("w") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            sys.stderr.write("run: waiting for another ./run in this checkout ...\n")
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        for number, kind in enumerate(wanted, 1):
+            step = kind(layout, console, (lock.fileno(),))
+            if not step.is_done():
+                console.start(f"[{number}/{len(wanted)}] {step.title}")
+                step.run()
+                console.done()
+
+
+def become(layout: Layout, arguments: list[str]) -> NoReturn:
+    """Replaces this process by the command."""
+    variables = environment.for_runtime(layout, os.environ)
+    command = arguments
+    if arguments[0] in TASKS:
+        command = [str(layout.venv_python), "-m", "mbfeat.devtools.tasks", *arguments]
+    sys.stdout.flush()
+    sys.stderr.flush()
+    try:
+        os.execvpe(command[0], command, variables)
+    except OSError as error:
+        sys.stderr.write(f"run: {command[0]}: {error.strerror}.\n")
+        sys.exit(127 if isinstance(error, FileNotFoundError) else 126)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> NoReturn:
+    raise KeyboardInterrupt
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
