@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/arch/defines.h"  // IWYU pragma: export

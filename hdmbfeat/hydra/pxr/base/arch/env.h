@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/arch/env.h"  // IWYU pragma: export

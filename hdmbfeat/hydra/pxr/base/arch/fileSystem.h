@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/arch/fileSystem.h"  // IWYU pragma: export

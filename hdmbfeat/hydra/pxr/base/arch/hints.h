@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/arch/hints.h"  // IWYU pragma: export

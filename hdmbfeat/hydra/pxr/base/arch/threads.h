@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/arch/threads.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/arch/timing.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/gf/half.h"  // IWYU pragma: export

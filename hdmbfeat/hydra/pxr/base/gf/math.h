@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/gf/math.h"  // IWYU pragma: export

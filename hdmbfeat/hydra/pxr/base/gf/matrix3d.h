@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/gf/matrix3d.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/gf/matrix3f.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/gf/matrix4d.h"  // IWYU pragma: export

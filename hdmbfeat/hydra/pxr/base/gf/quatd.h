@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/gf/quatd.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/gf/quatf.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/gf/quath.h"  // IWYU pragma: export

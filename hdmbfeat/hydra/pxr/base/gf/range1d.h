@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/gf/range1d.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/gf/rect2i.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/gf/rotation.h"  // IWYU pragma: export

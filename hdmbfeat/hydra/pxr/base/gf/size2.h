@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/gf/size2.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/gf/size3.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/gf/traits.h"  // IWYU pragma: export

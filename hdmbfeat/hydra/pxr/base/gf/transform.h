@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/gf/transform.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/gf/vec2i.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/gf/vec3i.h"  // IWYU pragma: export

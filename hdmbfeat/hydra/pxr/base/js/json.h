@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/js/json.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/js/types.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/js/utils.h"  // IWYU pragma: export

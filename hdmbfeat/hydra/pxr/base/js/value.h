@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/js/value.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/plug/registry.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/plug/thisPlugin.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/api.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/debug.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/declarePtrs.h"  // IWYU pragma: export

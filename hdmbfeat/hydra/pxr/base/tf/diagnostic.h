@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/diagnostic.h"  // IWYU pragma: export

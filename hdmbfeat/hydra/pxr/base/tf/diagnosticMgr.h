@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/diagnosticMgr.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/enum.h"  // IWYU pragma: export

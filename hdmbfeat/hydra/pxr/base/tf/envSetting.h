@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/envSetting.h"  // IWYU pragma: export

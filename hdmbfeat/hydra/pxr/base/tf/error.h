@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/error.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/errorMark.h"  // IWYU pragma: export

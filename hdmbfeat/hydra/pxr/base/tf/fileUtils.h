@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/fileUtils.h"  // IWYU pragma: export

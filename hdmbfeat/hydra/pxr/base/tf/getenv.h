@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/getenv.h"  // IWYU pragma: export

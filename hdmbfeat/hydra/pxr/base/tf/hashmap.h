@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/hashmap.h"  // IWYU pragma: export

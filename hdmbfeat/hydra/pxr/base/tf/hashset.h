@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/hashset.h"  // IWYU pragma: export

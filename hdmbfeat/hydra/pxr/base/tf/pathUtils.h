@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/pathUtils.h"  // IWYU pragma: export

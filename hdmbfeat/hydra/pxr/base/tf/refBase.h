@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/refBase.h"  // IWYU pragma: export

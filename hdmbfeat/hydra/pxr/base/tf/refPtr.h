@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/refPtr.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/setenv.h"  // IWYU pragma: export

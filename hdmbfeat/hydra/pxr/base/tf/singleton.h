@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/singleton.h"  // IWYU pragma: export

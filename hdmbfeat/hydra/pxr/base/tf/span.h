@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/span.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/staticData.h"  // IWYU pragma: export

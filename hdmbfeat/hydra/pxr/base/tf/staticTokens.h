@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/staticTokens.h"  // IWYU pragma: export

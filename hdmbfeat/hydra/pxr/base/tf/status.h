@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/status.h"  // IWYU pragma: export

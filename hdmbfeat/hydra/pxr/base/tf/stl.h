@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/stl.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/stopwatch.h"  // IWYU pragma: export

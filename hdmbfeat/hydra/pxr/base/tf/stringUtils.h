@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/stringUtils.h"  // IWYU pragma: export

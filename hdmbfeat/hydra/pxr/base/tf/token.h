@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/token.h"  // IWYU pragma: export

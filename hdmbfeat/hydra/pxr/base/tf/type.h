@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/type.h"  // IWYU pragma: export

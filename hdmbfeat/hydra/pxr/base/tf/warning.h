@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/warning.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/tf/weakBase.h"  // IWYU pragma: export

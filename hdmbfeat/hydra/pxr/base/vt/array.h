@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/vt/array.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/vt/dictionary.h"  // IWYU pragma: export

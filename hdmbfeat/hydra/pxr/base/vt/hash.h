@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/vt/hash.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/vt/traits.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/vt/typeHeaders.h"  // IWYU pragma: export

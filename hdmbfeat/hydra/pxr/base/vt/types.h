@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/vt/types.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/vt/visitValue.h"  // IWYU pragma: export

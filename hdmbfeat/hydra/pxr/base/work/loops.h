@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/work/loops.h"  // IWYU pragma: export

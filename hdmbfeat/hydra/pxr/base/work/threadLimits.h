@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/work/threadLimits.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/work/utils.h"  // IWYU pragma: export

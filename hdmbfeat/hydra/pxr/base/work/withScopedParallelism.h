@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/work/withScopedParallelism.h"  // IWYU pragma: export

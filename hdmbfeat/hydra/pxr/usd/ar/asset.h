@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/ar/asset.h"  // IWYU pragma: export

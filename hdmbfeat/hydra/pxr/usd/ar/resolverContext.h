@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/ar/resolverContext.h"  // IWYU pragma: export

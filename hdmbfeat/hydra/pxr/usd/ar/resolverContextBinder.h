@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/ar/resolverContextBinder.h"  // IWYU pragma: export

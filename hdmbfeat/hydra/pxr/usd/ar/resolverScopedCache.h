@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/ar/resolverScopedCache.h"  // IWYU pragma: export

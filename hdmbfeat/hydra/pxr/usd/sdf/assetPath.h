@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/sdf/assetPath.h"  // IWYU pragma: export

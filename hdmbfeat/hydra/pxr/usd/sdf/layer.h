@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/sdf/layer.h"  // IWYU pragma: export

@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/sdf/path.h"  // IWYU pragma: export

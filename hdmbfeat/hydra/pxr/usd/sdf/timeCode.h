@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/sdf/timeCode.h"  // IWYU pragma: export

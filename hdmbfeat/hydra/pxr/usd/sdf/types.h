@@ -1,0 +1,2 @@
+#pragma once
+#include "pxr/sdf/types.h"  // IWYU pragma: export
