@@ -113,7 +113,7 @@ def run_logged(
                     continue
                 sink.write(line + "\n")
                 if line:
-                    tail = tail[-60:] + [line]
+                    tail = [*tail[-60:], line]
                     console.update(line.strip())
             status = process.wait()
         except BaseException:

@@ -15,18 +15,19 @@ from typing import NoReturn
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from mbfeat.devtools import environment, steps  # noqa: E402
-from mbfeat.devtools.console import Console, SetupError  # noqa: E402
-from mbfeat.devtools.layout import Layout, this_layout  # noqa: E402
+from mbfeat.devtools import environment, steps
+from mbfeat.devtools.console import Console, SetupError
+from mbfeat.devtools.layout import Layout, this_layout
 
-TASKS = ("test", "lint")
+TASKS = ("test", "sanitize", "lint")
 USAGE = """\
 usage: ./run COMMAND [ARGUMENT...]
 Sets up what is missing, then runs COMMAND in the project's environment. Among others:
   ./run usdrecord --renderer MBFeat STAGE IMAGE   render a stage
   ./run mbfeat --help                             the project's own command
   ./run test [--cpp | --python] [PYTEST-OPTION...]   run the tests
-  ./run lint                                      check format, style and types
+  ./run sanitize                                  run the C++ tests under the sanitizers
+  ./run lint [--fix]                              check format, style and types
 """
 
 
@@ -37,7 +38,9 @@ def main(arguments: list[str]) -> int:
     layout = this_layout()
     signal.signal(signal.SIGTERM, _interrupt)
     try:
-        set_up(layout, list(steps.ALWAYS) + (list(steps.FOR_LINT) if arguments[0] == "lint" else []))
+        set_up(
+            layout, list(steps.ALWAYS) + (list(steps.FOR_LINT) if arguments[0] == "lint" else [])
+        )
     except SetupError as error:
         sys.stderr.write(f"run: {error}\n")
         return 1
@@ -48,7 +51,7 @@ def main(arguments: list[str]) -> int:
         sys.stderr.write("\nrun: interrupted; run it again to go on.\n")
         return 130
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    become(layout, arguments)
+    return become(layout, arguments)
 
 
 def set_up(layout: Layout, wanted: list[type[steps.Step]]) -> None:

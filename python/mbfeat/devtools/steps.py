@@ -11,13 +11,14 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from mbfeat.devtools import usd_runtime
 from mbfeat.devtools.console import Console, SetupError, require_disk, run_logged
 from mbfeat.devtools.layout import PRESET, Layout, digest, read_stamp, write_whole
 
+SOURCE_FOLDERS = ("hdmbfeat", "plugin", "python/bindings", "tests/cpp", "schemas")
 DPKG_INFO = Path("/var/lib/dpkg/info")
 
 
@@ -53,7 +54,7 @@ class Step:
         self.make()
         write_whole(self.layout.stamp(self.name), key)
 
-    def call(self, command: list[str | Path], failure: str, **environment: str) -> None:
+    def call(self, command: Sequence[str | Path], failure: str, **environment: str) -> None:
         """Runs a logged command in a clean Python environment."""
         clean = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
         clean.update(PIP_DISABLE_PIP_VERSION_CHECK="1", PIP_NO_INPUT="1", LC_ALL="C.UTF-8")
@@ -119,7 +120,8 @@ class SystemPackages(Step):
         self.call([*prefix, *install], failure)
         left = self._missing(packages)
         if left:
-            raise SetupError(f"apt-get did not install {' '.join(left)} (see {self.layout.log(self.name)}).")
+            log = self.layout.log(self.name)
+            raise SetupError(f"apt-get did not install {' '.join(left)} (see {log}).")
 
     @staticmethod
     def _missing(packages: list[str]) -> list[str]:
@@ -161,15 +163,17 @@ class VirtualEnvironment(Step):
         failure = f"no virtual environment could be made with {_base_python()}"
         self.call([_base_python(), "-m", "venv", "--clear", self.layout.venv], failure)
         failure = "the pinned Python packages could not be installed"
-        pip = [line for line in self.requirements.read_text().splitlines() if line.startswith("pip==")]
+        lines = self.requirements.read_text(encoding="utf-8").splitlines()
+        pip = [line for line in lines if line.startswith("pip==")]
         self.pip(["install", *pip], failure)
-        self.pip(["install", "--no-deps", "--progress-bar", "raw", "-r", self.requirements], failure)
+        raw = ["--progress-bar", "raw"]
+        self.pip(["install", "--no-deps", *raw, "-r", self.requirements], failure)
         self.pip(["check"], "the pinned Python packages do not fit together")
         for command, module in (("mbfeat", "mbfeat.cli"), ("usdrecord", "mbfeat.usdrecord")):
-            script = f'#!/bin/sh\nexec "{self.layout.venv_python}" -m {module} "$@"\n'
+            script = f'#!/bin/sh\nexec "{self.layout.venv_python}" -P -m {module} "$@"\n'
             write_whole(self.layout.bin / command, script, 0o755)
 
-    def pip(self, arguments: list[str | Path], failure: str) -> None:
+    def pip(self, arguments: Sequence[str | Path], failure: str) -> None:
         self.call([self.layout.venv_python, "-m", "pip", "--retries", "2", *arguments], failure)
 
 
@@ -187,8 +191,8 @@ class LintPackages(VirtualEnvironment):
         return digest(read_stamp(self.layout.stamp("venv")), self.requirements.read_bytes())
 
     def make(self) -> None:
-        install = ["install", "--no-deps", "--force-reinstall", "-r", self.requirements]
-        self.pip(install, "the Python packages for lint could not be installed")
+        install = ["install", "--no-deps", "--force-reinstall", "-r"]
+        self.pip([*install, self.requirements], "the packages for lint could not be installed")
 
 
 class UsdRuntime(Step):
@@ -289,7 +293,7 @@ class Build(Step):
 
     def _sources(self) -> Iterator[tuple[str, os.stat_result]]:
         root = str(self.layout.root)
-        folders = [f"{root}/{d}" for d in ("hdmbfeat", "plugin", "python/bindings", "tests/cpp", "schemas")]
+        folders = [f"{root}/{folder}" for folder in SOURCE_FOLDERS]
         single = ("CMakeLists.txt", "CMakePresets.json", "python/CMakeLists.txt")
         for name in single:
             yield name, os.stat(f"{root}/{name}")

@@ -19,10 +19,11 @@ from mbfeat.devtools.console import SetupError
 BPY_VERSION = "5.0.1"
 PXR_VERSION = "25.8"
 PXR_PYTHON = "5.0/python/lib/python3.11/site-packages/pxr/"
-HEADER_PACKAGES = tuple(
-    f"pxr-{name}-dev=={PXR_VERSION}"
-    for name in "arch tf gf js trace work plug vt ts sdf ar boost".split()
+HEADER_LIBRARIES = (
+    *("arch", "tf", "gf", "js", "trace", "work", "plug", "vt", "ts"),
+    *("sdf", "ar", "boost"),
 )
+HEADER_PACKAGES = tuple(f"pxr-{name}-dev=={PXR_VERSION}" for name in HEADER_LIBRARIES)
 
 Report = Callable[[str], None]
 
@@ -46,9 +47,13 @@ def unpack_runtime(wheel: Path, prefix: Path, report: Report) -> None:
                     report(f"unpacking, {100 * index // len(wanted)} %")
                 _extract(archive, name, prefix / target)
     except (zipfile.BadZipFile, EOFError) as error:
-        raise SetupError(f"{wheel} is damaged ({error}); delete it and run it again.") from error
+        raise _damaged(wheel, error) from error
     for module in sorted((prefix / "pxr").glob("*/*.so")):
         set_runpath(module, "$ORIGIN/../../lib")
+
+
+def _damaged(wheel: Path, error: Exception) -> SetupError:
+    return SetupError(f"{wheel} is damaged ({error}); delete it and run it again.")
 
 
 def _runtime_target(name: str) -> str | None:
@@ -56,7 +61,7 @@ def _runtime_target(name: str) -> str | None:
     if name.endswith("/"):
         return None
     inner = name.removeprefix("bpy/")
-    if re.fullmatch(r"lib/[^/]+\.so[^/]*", inner) or inner.startswith(("lib/usd/", "lib/materialx/")):
+    if re.fullmatch(r"lib/[^/]+\.so[^/]*|lib/(usd|materialx)/.+", inner):
         return inner
     if inner.startswith(PXR_PYTHON):
         return "pxr/" + inner.removeprefix(PXR_PYTHON)
@@ -74,7 +79,7 @@ def unpack_headers(wheels: list[Path], prefix: Path) -> None:
                     if found and not name.endswith("/"):
                         _extract(archive, name, include / header)
         except (zipfile.BadZipFile, EOFError) as error:
-            raise SetupError(f"{wheel} is damaged ({error}); delete it and run it again.") from error
+            raise _damaged(wheel, error) from error
 
 
 def _extract(archive: zipfile.ZipFile, name: str, target: Path) -> None:

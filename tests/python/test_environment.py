@@ -1,0 +1,50 @@
+"""The environment that ./run gives to commands and tests."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+
+def test_runtime_pxr_is_the_one_with_imaging() -> None:
+    import pxr
+    from pxr import Usd, UsdAppUtils, UsdImagingGL
+
+    assert Usd.GetVersion() == (0, 25, 8)
+    assert Path(pxr.__file__).is_relative_to(os.environ["MBFEAT_USD_ROOT"])
+    assert UsdAppUtils.FrameRecorder and UsdImagingGL.Engine
+
+
+def test_runtime_finds_its_own_resources() -> None:
+    from pxr import Plug
+
+    names = {plugin.name for plugin in Plug.Registry().GetAllPlugins()}
+    assert {"usdGeom", "usdLux", "usdRender", "hdStorm"} <= names
+
+
+@pytest.mark.usd_core
+def test_usd_core_pxr_has_no_imaging() -> None:
+    from pxr import Usd
+
+    assert Usd.GetVersion() == (0, 25, 8)
+    with pytest.raises(ImportError):
+        from pxr import UsdImagingGL  # noqa: F401
+
+
+def test_commands_are_on_path() -> None:
+    environment = {"PATH": os.environ["PATH"]}
+    for command in ("mbfeat", "usdrecord"):
+        found = subprocess.run(
+            ["sh", "-c", f"command -v {command}"], env=environment, capture_output=True, text=True
+        )
+        assert Path(found.stdout.strip()).is_relative_to(Path(sys.prefix).parent)
+
+
+def test_color_configs_are_files() -> None:
+    configs = sorted(Path(os.environ["MBFEAT_OCIO_DIR"]).glob("*.ocio"))
+    assert [config.name.partition("-")[0] for config in configs] == ["cg", "studio"]
+    assert all("ocio_profile_version: 2.1" in config.read_text() for config in configs)
