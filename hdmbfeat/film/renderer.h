@@ -28,6 +28,7 @@ struct RenderView {
 struct RenderJob {
     std::vector<RenderView> views;
     RenderOptions options;
+    std::vector<Settings::Resolved> settings;  ///< what options came from, for the report
     std::int64_t frame = 0;
     /// First passes at few samples, for a viewer; else large passes.
     bool interactive = false;

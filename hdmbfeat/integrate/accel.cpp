@@ -1,0 +1,393 @@
+#include "integrate/accel.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace mbfeat {
+
+namespace {
+
+constexpr RTCFormat kAffineFormat = RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR;
+static_assert(sizeof(AffineF) == 12 * sizeof(float), "an Affine is Embree's column-major 3x4");
+
+void deviceError(void* diagnostics, RTCError code, const char* text) {
+    static_cast<Diagnostics*>(diagnostics)
+        ->error("Embree", "error " + std::to_string(static_cast<int>(code)) + ": " +
+                              (text != nullptr ? text : "no text") +
+                              "; what it was building is left out. Free memory, or report this.");
+}
+
+bool keepBuilding(void* stop, double /*fraction*/) {
+    return stop == nullptr || !static_cast<const std::atomic<bool>*>(stop)->load();
+}
+
+bool stopRequested(const std::atomic<bool>* stop) { return stop != nullptr && stop->load(); }
+
+void lightBoundsCallback(const RTCBoundsFunctionArguments* arguments) {
+    const auto& lights = *static_cast<const LightSampler*>(arguments->geometryUserPtr);
+    const Bounds box = lights.shapeBounds(arguments->primID);
+    *arguments->bounds_o = RTCBounds{box.lower.x, box.lower.y, box.lower.z, 0.0F,
+                                     box.upper.x, box.upper.y, box.upper.z, 0.0F};
+}
+
+/// Distance to the light shape along the ray, or a negative number.
+float lightDistance(const void* userPointer, unsigned primId, const RTCRay& ray) {
+    const auto& lights = *static_cast<const LightSampler*>(userPointer);
+    return lights.intersectShape(primId, {ray.org_x, ray.org_y, ray.org_z},
+                                 {ray.dir_x, ray.dir_y, ray.dir_z}, ray.tnear, ray.tfar);
+}
+
+void lightIntersectCallback(const RTCIntersectFunctionNArguments* arguments) {
+    // Only single rays are traced, so N is 1.
+    if (arguments->valid[0] == 0) {
+        return;
+    }
+    auto& rayHit = *reinterpret_cast<RTCRayHit*>(arguments->rayhit);
+    const float t = lightDistance(arguments->geometryUserPtr, arguments->primID, rayHit.ray);
+    if (t > 0.0F) {
+        rayHit.ray.tfar = t;
+        rayHit.hit.u = 0.0F;
+        rayHit.hit.v = 0.0F;
+        rayHit.hit.geomID = arguments->geomID;
+        rayHit.hit.primID = arguments->primID;
+        rayHit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    }
+}
+
+void lightOccludedCallback(const RTCOccludedFunctionNArguments* arguments) {
+    if (arguments->valid[0] == 0) {
+        return;
+    }
+    auto& ray = *reinterpret_cast<RTCRay*>(arguments->ray);
+    if (lightDistance(arguments->geometryUserPtr, arguments->primID, ray) > 0.0F) {
+        ray.tfar = -std::numeric_limits<float>::infinity();
+    }
+}
+
+/// Object to render space, with the large translations cancelled in double.
+AffineF renderTransform(const AffineD& toWorld, const Double3& origin) {
+    AffineD transform = toWorld;
+    transform.t = transform.t - origin;
+    return transform.as<float>();
+}
+
+bool sameTransforms(const std::vector<AffineD>& a, const std::vector<AffineD>& b) {
+    return a.size() == b.size() &&
+           std::equal(a.begin(), a.end(), b.begin(), [](const AffineD& p, const AffineD& q) {
+               return p.x == q.x && p.y == q.y && p.z == q.z && p.t == q.t;
+           });
+}
+
+EmbreeGeometry triangleGeometry(RTCDevice device, const std::vector<Float3>& points,
+                                const Mesh& mesh) {
+    EmbreeGeometry geometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE));
+    // Shared buffers: Embree reads 16 bytes at the last point, so the vector has spare capacity.
+    rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                               points.data(), 0, sizeof(Float3), points.size());
+    rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                               mesh.triangles.data(), 0, sizeof(Triangle), mesh.triangles.size());
+    rtcSetGeometryBuildQuality(geometry.get(), RTC_BUILD_QUALITY_MEDIUM);
+    rtcCommitGeometry(geometry.get());
+    return geometry;
+}
+
+}  // namespace
+
+Accel::Accel(Diagnostics& diagnostics)
+    : diagnostics_(diagnostics), device_(rtcNewDevice(nullptr)) {
+    rtcSetDeviceErrorFunction(device_.get(), deviceError, &diagnostics_);
+}
+
+Accel::~Accel() = default;
+
+EmbreeScene Accel::newScene(bool topLevel) const {
+    EmbreeScene scene(rtcNewScene(device_.get()));
+    rtcSetSceneFlags(scene.get(), robust_ ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+    rtcSetSceneBuildQuality(scene.get(),
+                            topLevel ? RTC_BUILD_QUALITY_MEDIUM : RTC_BUILD_QUALITY_MEDIUM);
+    return scene;
+}
+
+std::unique_ptr<AccelGeometry> Accel::build(const CommittedGeometry& committed,
+                                            const Double3& origin,
+                                            const std::atomic<bool>* stop) {
+    auto record = std::make_unique<AccelGeometry>();
+    record->source = committed.source;
+    record->mesh = committed.source->mesh;
+    record->instanced = committed.source->instanced;
+    for (const AffineD& toWorld : committed.source->transforms) {
+        record->toRender.push_back(renderTransform(toWorld, origin));
+    }
+    const Mesh& mesh = *record->mesh;
+    if (record->instanced) {
+        for (const AffineD& toWorld : committed.source->transforms) {
+            record->instanceMirrored.push_back(toWorld.determinant() < 0.0);
+        }
+        record->prototype = newScene(false);
+        record->geometry = triangleGeometry(device_.get(), mesh.points, mesh);
+        rtcAttachGeometryByID(record->prototype.get(), record->geometry.get(), 0);
+        rtcSetSceneProgressMonitorFunction(record->prototype.get(), keepBuilding,
+                                           const_cast<std::atomic<bool>*>(stop));
+        rtcCommitScene(record->prototype.get());
+        rtcSetSceneProgressMonitorFunction(record->prototype.get(), nullptr, nullptr);
+    } else {
+        AffineD transform = committed.source->transforms.front();
+        record->mirrored = transform.determinant() < 0.0;
+        transform.t = transform.t - origin;
+        record->bakedPoints.reserve(mesh.points.size() + 1);
+        for (const Float3& p : mesh.points) {
+            record->bakedPoints.emplace_back(Float3(transform.point(Double3(p))));
+        }
+        record->geometry = triangleGeometry(device_.get(), record->bakedPoints, mesh);
+    }
+    return record;
+}
+
+bool Accel::commit(const Scene& scene, bool geometryChanged, bool robust,
+                   const std::atomic<bool>* stop) {
+    if (complete_ && !geometryChanged && robust == robust_) {
+        return true;
+    }
+    const bool originMoved = !(origin_ == scene.origin());
+    const bool rebuildAll = robust != robust_;
+    complete_ = false;
+    robust_ = robust;
+
+    std::unordered_map<std::string, std::unique_ptr<AccelGeometry>> old;
+    for (std::unique_ptr<AccelGeometry>& record : geometries_) {
+        if (record) {
+            const std::string path = record->source->path;
+            old.emplace(path, std::move(record));
+        }
+    }
+    geometries_.clear();
+    origin_ = scene.origin();
+
+    for (const CommittedGeometry& committed : scene.geometries()) {
+        std::unique_ptr<AccelGeometry> record;
+        if (const auto found = old.find(committed.source->path); found != old.end()) {
+            record = std::move(found->second);
+            old.erase(found);
+        }
+        const bool sameMesh = record && !rebuildAll && record->mesh == committed.source->mesh &&
+                              record->instanced == committed.source->instanced;
+        const bool samePlace =
+            sameMesh && !originMoved &&
+            sameTransforms(record->source->transforms, committed.source->transforms);
+        if (samePlace) {
+            record->source = committed.source;
+        } else if (sameMesh && record->instanced) {
+            // The prototype stays; only its instances move.
+            record->source = committed.source;
+            record->toRender.clear();
+            record->instanceMirrored.clear();
+            for (const AffineD& toWorld : committed.source->transforms) {
+                record->toRender.push_back(renderTransform(toWorld, origin_));
+                record->instanceMirrored.push_back(toWorld.determinant() < 0.0);
+            }
+        } else {
+            record = build(committed, origin_, stop);
+        }
+        if (stopRequested(stop)) {
+            // What was not reached is built by the next call; what was reached is kept.
+            geometries_.push_back(std::move(record));
+            for (auto& [path, unused] : old) {
+                geometries_.push_back(std::move(unused));
+            }
+            return false;
+        }
+        geometries_.push_back(std::move(record));
+    }
+    bindMaterials(scene);
+    return true;
+}
+
+void Accel::bindMaterials(const Scene& scene) {
+    mayCutOut_ = false;
+    triangles_ = 0;
+    instances_ = 0;
+    for (std::size_t i = 0; i < geometries_.size(); ++i) {
+        AccelGeometry& record = *geometries_[i];
+        const CommittedGeometry& committed = scene.geometries()[i];
+        record.source = committed.source;
+        record.bindings.clear();
+        record.mayCutOut = false;
+        record.emits = false;
+        for (const std::uint32_t index : committed.materials) {
+            const Material& material = *scene.materials()[index];
+            record.bindings.push_back(
+                bindMaterial(material, *record.mesh, record.source->path, diagnostics_));
+            record.mayCutOut = record.mayCutOut || material.mayCutOut();
+            record.emits = record.emits || material.emits();
+        }
+        mayCutOut_ = mayCutOut_ || record.mayCutOut;
+        triangles_ += record.mesh->triangles.size();
+        instances_ += record.instanced ? record.toRender.size() : 0;
+    }
+}
+
+std::vector<EmissiveTriangle> Accel::collectEmissiveTriangles() {
+    std::vector<EmissiveTriangle> triangles;
+    emissive_.clear();
+    for (std::size_t g = 0; g < geometries_.size(); ++g) {
+        AccelGeometry& record = *geometries_[g];
+        record.emissiveIndex.clear();
+        record.emissiveCount = 0;
+        if (!record.emits) {
+            continue;
+        }
+        const Mesh& mesh = *record.mesh;
+        std::vector<Rgb> radiance;
+        record.emissiveIndex.assign(mesh.triangles.size(), -1);
+        std::vector<std::uint32_t> emitting;
+        for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+            const MaterialBinding& binding = record.bindings[mesh.materialSlotOf(t)];
+            if (!binding.material->emits()) {
+                continue;
+            }
+            // For the choice of light only: the mean of the corners and the centre. The radiance
+            // that counts is evaluated at the sampled point.
+            const float third = 1.0F / 3.0F;
+            const Rgb mean = (evaluateMaterial(binding, t, 0.0F, 0.0F).emission +
+                              evaluateMaterial(binding, t, 1.0F, 0.0F).emission +
+                              evaluateMaterial(binding, t, 0.0F, 1.0F).emission +
+                              evaluateMaterial(binding, t, third, third).emission) *
+                             0.25F;
+            record.emissiveIndex[t] = record.emissiveCount++;
+            emitting.push_back(t);
+            radiance.push_back(mean);
+        }
+        record.emissiveBase = static_cast<std::int32_t>(triangles.size());
+        for (std::uint32_t i = 0; i < record.toRender.size(); ++i) {
+            for (std::size_t e = 0; e < emitting.size(); ++e) {
+                const Triangle& triangle = mesh.triangles[emitting[e]];
+                Float3 corners[3];
+                for (int c = 0; c < 3; ++c) {
+                    corners[c] = record.instanced
+                                     ? record.toRender[i].point(mesh.points[triangle.v[c]])
+                                     : record.bakedPoints[triangle.v[c]];
+                }
+                EmissiveTriangle entry;
+                entry.p0 = corners[0];
+                entry.p1 = corners[1];
+                entry.p2 = corners[2];
+                entry.radiance = radiance[e];
+                entry.doubleSided = true;
+                entry.userId = static_cast<std::uint32_t>(triangles.size());
+                triangles.push_back(entry);
+                emissive_.push_back({static_cast<std::uint32_t>(g), i, emitting[e]});
+            }
+        }
+    }
+    return triangles;
+}
+
+void Accel::attach(std::uint32_t index) {
+    AccelGeometry& record = *geometries_[index];
+    if (!record.instanced) {
+        rtcAttachGeometryByID(top_.get(), record.geometry.get(),
+                              static_cast<unsigned>(topEntries_.size()));
+        topEntries_.push_back({index, 0, false});
+        return;
+    }
+    for (std::uint32_t i = 0; i < record.toRender.size(); ++i) {
+        const EmbreeGeometry instance(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE));
+        rtcSetGeometryInstancedScene(instance.get(), record.prototype.get());
+        rtcSetGeometryTransform(instance.get(), 0, kAffineFormat, &record.toRender[i]);
+        rtcCommitGeometry(instance.get());
+        rtcAttachGeometryByID(top_.get(), instance.get(),
+                              static_cast<unsigned>(topEntries_.size()));
+        topEntries_.push_back({index, i, false});
+    }
+}
+
+bool Accel::commitLights(const LightSampler& lights, const std::atomic<bool>* stop) {
+    lights_ = &lights;
+    top_ = newScene(true);
+    topEntries_.clear();
+    for (std::uint32_t i = 0; i < geometries_.size(); ++i) {
+        attach(i);
+    }
+    if (lights.shapeCount() > 0) {
+        const EmbreeGeometry shapes(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_USER));
+        rtcSetGeometryUserPrimitiveCount(shapes.get(), lights.shapeCount());
+        rtcSetGeometryUserData(shapes.get(), const_cast<LightSampler*>(&lights));
+        rtcSetGeometryBoundsFunction(shapes.get(), lightBoundsCallback, nullptr);
+        rtcSetGeometryIntersectFunction(shapes.get(), lightIntersectCallback);
+        rtcSetGeometryOccludedFunction(shapes.get(), lightOccludedCallback);
+        rtcCommitGeometry(shapes.get());
+        rtcAttachGeometryByID(top_.get(), shapes.get(), static_cast<unsigned>(topEntries_.size()));
+        topEntries_.push_back({0, 0, true});
+    }
+    return commitTop(stop);
+}
+
+bool Accel::commitTop(const std::atomic<bool>* stop) {
+    rtcSetSceneProgressMonitorFunction(top_.get(), keepBuilding,
+                                       const_cast<std::atomic<bool>*>(stop));
+    rtcCommitScene(top_.get());
+    rtcSetSceneProgressMonitorFunction(top_.get(), nullptr, nullptr);
+    complete_ = !stopRequested(stop);
+    return complete_;
+}
+
+RayHit Accel::intersect(const Float3& origin, const Float3& direction, float tNear, float tFar,
+                        bool coherent) const {
+    RTCRayHit query;
+    query.ray.org_x = origin.x;
+    query.ray.org_y = origin.y;
+    query.ray.org_z = origin.z;
+    query.ray.tnear = tNear;
+    query.ray.dir_x = direction.x;
+    query.ray.dir_y = direction.y;
+    query.ray.dir_z = direction.z;
+    query.ray.time = 0.0F;
+    query.ray.tfar = tFar;
+    query.ray.mask = ~0U;
+    query.ray.id = 0;
+    query.ray.flags = 0;
+    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    embreeIntersect(top_.get(), query, coherent);
+
+    RayHit hit;
+    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) {
+        return hit;
+    }
+    const bool inInstance = query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID;
+    const TopEntry& entry = topEntries_[inInstance ? query.hit.instID[0] : query.hit.geomID];
+    hit.t = query.ray.tfar;
+    if (entry.isLights) {
+        hit.kind = RayHit::Kind::kLight;
+        hit.light = lights_->lightOfShape(query.hit.primID);
+        return hit;
+    }
+    hit.kind = RayHit::Kind::kSurface;
+    hit.geometry = entry.geometry;
+    hit.instance = entry.instance;
+    hit.triangle = query.hit.primID;
+    hit.b1 = query.hit.u;
+    hit.b2 = query.hit.v;
+    return hit;
+}
+
+bool Accel::occluded(const Float3& origin, const Float3& direction, float tNear,
+                     float tFar) const {
+    RTCRay ray;
+    ray.org_x = origin.x;
+    ray.org_y = origin.y;
+    ray.org_z = origin.z;
+    ray.tnear = tNear;
+    ray.dir_x = direction.x;
+    ray.dir_y = direction.y;
+    ray.dir_z = direction.z;
+    ray.time = 0.0F;
+    ray.tfar = tFar;
+    ray.mask = ~0U;
+    ray.id = 0;
+    ray.flags = 0;
+    return embreeOccluded(top_.get(), ray);
+}
+
+}  // namespace mbfeat

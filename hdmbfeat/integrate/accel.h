@@ -1,0 +1,121 @@
+// The acceleration structure: the committed scene as Embree sees it, in render space (world minus
+// Scene::origin(), float).
+//
+// Plain prims are baked to render space and traced directly; prims with instances keep one BVH of
+// their object space for all of them. Analytic lights are one user geometry.
+//
+// Threads: commit() by one thread while nothing traces; the rest by any.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "integrate/embree.h"
+#include "scene/scene.h"
+#include "shading/lightSampler.h"
+#include "shading/material.h"
+
+namespace mbfeat {
+
+/// What a ray met, as indices.
+struct RayHit {
+    enum class Kind : std::uint8_t { kNone, kSurface, kLight };
+    Kind kind = Kind::kNone;
+    float t = 0.0F;
+    std::uint32_t geometry = 0;  ///< index into Accel::geometries(), for surfaces
+    std::uint32_t instance = 0;  ///< index into the geometry's transforms
+    std::uint32_t triangle = 0;
+    float b1 = 0.0F, b2 = 0.0F;  ///< barycentric weights of corners 1 and 2
+    std::uint32_t light = 0;     ///< index of the analytic light, for lights
+};
+
+/// A prim in the acceleration structure.
+struct AccelGeometry {
+    std::shared_ptr<const Geometry> source;
+    std::shared_ptr<const Mesh> mesh;
+    /// Material of each slot, bound to the mesh's primvars.
+    std::vector<MaterialBinding> bindings;
+    bool instanced = false;
+    std::vector<AffineF> toRender;      ///< object to render space, one a transform
+    std::vector<Float3> bakedPoints;    ///< render space; only when not instanced
+    bool mirrored = false;              ///< the one transform of a plain prim mirrors
+    std::vector<bool> instanceMirrored; ///< per transform when instanced
+    bool mayCutOut = false;
+    bool emits = false;
+    /// Index of the emissive triangle entry of (instance 0, triangle); empty when nothing emits.
+    /// Instance i adds i * emissiveCount.
+    std::vector<std::int32_t> emissiveIndex;
+    std::int32_t emissiveBase = 0;
+    std::int32_t emissiveCount = 0;
+
+    EmbreeGeometry geometry;  ///< triangles, attached to the top or to `prototype`
+    EmbreeScene prototype;    ///< only when instanced
+
+    bool isMirrored(std::uint32_t instance) const {
+        return instanced ? instanceMirrored[instance] : mirrored;
+    }
+};
+
+/// Where an emissive triangle entry of the light sampler came from.
+struct EmissiveTriangleRef {
+    std::uint32_t geometry, instance, triangle;
+};
+
+class Accel {
+public:
+    explicit Accel(Diagnostics& diagnostics);
+    ~Accel();
+
+    /// Brings the structure up to the scene's committed state. Returns false when `stop` (may be
+    /// null) became true before it was complete; the next call goes on.
+    bool commit(const Scene& scene, bool geometryChanged, bool robust,
+                const std::atomic<bool>* stop);
+    /// (Re)binds materials to meshes after material edits.
+    void bindMaterials(const Scene& scene);
+    /// Triangles with an emissive material, for the light sampler, in render space.
+    std::vector<EmissiveTriangle> collectEmissiveTriangles();
+    /// Adds the analytic lights. `lights` must outlive the structure or the next call.
+    bool commitLights(const LightSampler& lights, const std::atomic<bool>* stop);
+
+    /// Direction of any length; distances are in units of it. `coherent` for camera rays.
+    RayHit intersect(const Float3& origin, const Float3& direction, float tNear, float tFar,
+                     bool coherent) const;
+    bool occluded(const Float3& origin, const Float3& direction, float tNear, float tFar) const;
+
+    const std::vector<std::unique_ptr<AccelGeometry>>& geometries() const { return geometries_; }
+    const std::vector<EmissiveTriangleRef>& emissiveTriangles() const { return emissive_; }
+    bool mayCutOut() const { return mayCutOut_; }
+    std::size_t triangleCount() const { return triangles_; }
+    std::size_t instanceCount() const { return instances_; }
+
+private:
+    struct TopEntry {
+        std::uint32_t geometry = 0, instance = 0;
+        bool isLights = false;
+    };
+
+    std::unique_ptr<AccelGeometry> build(const CommittedGeometry& committed, const Double3& origin,
+                                         const std::atomic<bool>* stop);
+    void attach(std::uint32_t index);
+    bool commitTop(const std::atomic<bool>* stop);
+    EmbreeScene newScene(bool topLevel) const;
+
+    Diagnostics& diagnostics_;
+    EmbreeDevice device_;
+    EmbreeScene top_;
+    std::vector<TopEntry> topEntries_;  ///< by geomID of the top scene
+    std::vector<std::unique_ptr<AccelGeometry>> geometries_;
+    std::vector<EmissiveTriangleRef> emissive_;
+    const LightSampler* lights_ = nullptr;
+    Double3 origin_{0.0};
+    bool robust_ = true;
+    bool complete_ = false;
+    bool mayCutOut_ = false;
+    std::size_t triangles_ = 0, instances_ = 0;
+};
+
+}  // namespace mbfeat
