@@ -28,9 +28,15 @@ struct SettingDescriptor {
     double minimum = 0.0, maximum = 0.0;  ///< inclusive, for numbers
     std::vector<std::string> allowed;     ///< for tokens: the valid values; empty: free text
     std::string doc;                      ///< one sentence, with the unit
+    bool isAsset = false;                 ///< a text that names a file
 };
 
+/// What a render is told, RenderOptions below.
 const std::vector<SettingDescriptor>& settingTable();
+
+/// What a denoise pass is told (`mbfeat:denoise:*`), on a RenderPass or RenderSettings prim. These
+/// are not settings of a render: Settings below does not take them.
+const std::vector<SettingDescriptor>& denoiseSettingTable();
 
 /// "MBFEAT_SAMPLES_PER_PIXEL" for "mbfeat:samplesPerPixel".
 std::string settingEnvironmentName(const std::string& name);

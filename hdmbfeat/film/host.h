@@ -49,7 +49,8 @@ public:
     void installInterruptHandler();
     void restoreInterruptHandler();
 
-    /// Off (default for interactive jobs), or progress on stderr for batch jobs.
+    /// Progress of batch jobs on stderr: none, a line now and then (the default, so that a host
+    /// that knows nothing of this has it too), or a bar. Interactive jobs show none.
     enum class ProgressStyle : std::uint8_t { kNone, kLines, kBar };
     void setProgressStyle(ProgressStyle style);
     ProgressStyle progressStyle() const;
