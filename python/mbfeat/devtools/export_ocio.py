@@ -1,7 +1,7 @@
 """Writes OpenColorIO's built-in ACES configs as files, for libraries that have none built in.
 
-Usage: python export_ocio.py DIRECTORY. Needs the PyPI package opencolorio. The configs are of
-profile version 2.1, the newest that OpenColorIO 2.1 (Debian 12) reads.
+Usage: python export_ocio.py DIRECTORY, which must not exist. Needs the PyPI package opencolorio.
+The configs are of profile version 2.1, the newest that OpenColorIO 2.1 (Debian 12) reads.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ def main() -> int:
     import PyOpenColorIO
 
     directory = Path(sys.argv[1])
-    directory.mkdir(parents=True, exist_ok=True)
+    partial = directory.with_name(f"{directory.name}.{os.getpid()}.partial")
+    partial.mkdir(parents=True)
     for name in CONFIGS:
         text = PyOpenColorIO.Config.CreateFromBuiltinConfig(name).serialize()
-        partial = directory / f"{name}.partial"
-        partial.write_text(text, encoding="utf-8")
-        os.replace(partial, directory / f"{name}.ocio")
+        (partial / f"{name}.ocio").write_text(text, encoding="utf-8")
+    partial.rename(directory)
     return 0
 
 

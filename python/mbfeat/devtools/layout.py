@@ -35,7 +35,8 @@ class Layout:
 
     @property
     def ocio(self) -> Path:
-        return self.made / "ocio"
+        """OpenColorIO's built-in configs as files."""
+        return self.build / "ocio"
 
     @property
     def build(self) -> Path:

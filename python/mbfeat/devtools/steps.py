@@ -257,26 +257,6 @@ class UsdRuntime(Step):
         return sorted(folder.glob("*.whl"))
 
 
-class ColorConfigs(Step):
-    """.mbfeat/ocio: OpenColorIO's built-in ACES configs as files."""
-
-    name = "ocio"
-    title = "OpenColorIO configs"
-
-    def _script(self) -> Path:
-        return self.layout.devtools / "export_ocio.py"
-
-    def key(self) -> str:
-        return digest(self._script().read_bytes())
-
-    def present(self) -> bool:
-        return self.layout.ocio.is_dir()
-
-    def make(self) -> None:
-        command = [self.layout.venv_python, self._script(), self.layout.ocio]
-        self.call(command, "the OpenColorIO configs could not be written")
-
-
 class Build(Step):
     """The CMake build of the release preset."""
 
@@ -288,8 +268,9 @@ class Build(Step):
         rows = []
         for path, status in self._sources():
             rows.append(f"{path} {status.st_size} {status.st_mtime_ns}")
+        script = (self.layout.devtools / "export_ocio.py").read_bytes()
         stamps = [read_stamp(self.layout.stamp(name)) for name in ("venv", "usd")]
-        return digest(str(self.layout.root), *stamps, *sorted(rows))
+        return digest(str(self.layout.root), script, *stamps, *sorted(rows))
 
     def _sources(self) -> Iterator[tuple[str, os.stat_result]]:
         root = str(self.layout.root)
@@ -336,5 +317,5 @@ def _succeeds(command: list[str]) -> bool:
     return subprocess.run(command, capture_output=True, check=False).returncode == 0
 
 
-ALWAYS = (SystemPackages, VirtualEnvironment, UsdRuntime, ColorConfigs, Build)
+ALWAYS = (SystemPackages, VirtualEnvironment, UsdRuntime, Build)
 FOR_LINT = (LintSystemPackages, LintPackages)
