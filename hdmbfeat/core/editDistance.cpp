@@ -13,7 +13,7 @@ char lower(char c) {
     return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
 }
 
-}  // namespace
+} // namespace
 
 int editDistance(std::string_view a, std::string_view b) {
     // Three rows of the dynamic programme: the swap reaches two rows back.
@@ -55,4 +55,4 @@ std::string nearestName(std::string_view name, const std::vector<std::string>& c
     return nearest;
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

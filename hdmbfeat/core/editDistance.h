@@ -14,4 +14,4 @@ int editDistance(std::string_view a, std::string_view b);
 /// The candidate with the smallest distance, the first of equals; empty without candidates.
 std::string nearestName(std::string_view name, const std::vector<std::string>& candidates);
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -35,8 +35,8 @@ SettingDescriptor makeInteger(std::string name, std::string label, std::int64_t 
     return {std::move(name), std::move(label), defaultValue, minimum, maximum, {}, std::move(doc)};
 }
 
-SettingDescriptor makeReal(std::string name, std::string label, double defaultValue,
-                           double minimum, double maximum, std::string doc) {
+SettingDescriptor makeReal(std::string name, std::string label, double defaultValue, double minimum,
+                           double maximum, std::string doc) {
     return {std::move(name), std::move(label), defaultValue, minimum, maximum, {}, std::move(doc)};
 }
 
@@ -114,9 +114,8 @@ std::vector<SettingDescriptor> makeDenoiseSettingTable() {
 
 const SettingDescriptor* findSetting(std::string_view name) {
     const std::vector<SettingDescriptor>& table = settingTable();
-    const auto found = std::find_if(table.begin(), table.end(), [&](const SettingDescriptor& d) {
-        return d.name == name;
-    });
+    const auto found = std::find_if(table.begin(), table.end(),
+                                    [&](const SettingDescriptor& d) { return d.name == name; });
     return found == table.end() ? nullptr : &*found;
 }
 
@@ -241,7 +240,7 @@ Result<SettingValue> converted(const SettingDescriptor& descriptor, const Settin
     }
     if (std::holds_alternative<double>(descriptor.defaultValue)) {
         const std::optional<double> real = asReal(value);
-        if (!real || !inRange(descriptor, *real)) {  // inRange is false for a NaN
+        if (!real || !inRange(descriptor, *real)) { // inRange is false for a NaN
             return wrong(rangeText(descriptor, "a number"));
         }
         return SettingValue(*real);
@@ -276,12 +275,11 @@ float getFloat(const Settings& settings, const char* name) {
 template <class Enum>
 Enum getEnum(const Settings& settings, const char* name) {
     const std::vector<std::string>& allowed = findSetting(name)->allowed;
-    const auto found =
-        std::find(allowed.begin(), allowed.end(), get<std::string>(settings, name));
+    const auto found = std::find(allowed.begin(), allowed.end(), get<std::string>(settings, name));
     return static_cast<Enum>(found - allowed.begin());
 }
 
-}  // namespace
+} // namespace
 
 const char* settingSourceName(SettingSource source) {
     constexpr std::array<const char*, 5> kNames = {"default", "host", "prim", "environment",
@@ -340,7 +338,7 @@ void Settings::clear(SettingSource source) {
 
 std::vector<Error> Settings::readEnvironment() {
     clear(SettingSource::kEnvironment);
-    std::map<std::string, std::string> names;  // of settings, by variable
+    std::map<std::string, std::string> names; // of settings, by variable
     std::vector<std::string> variables;
     for (const SettingDescriptor& descriptor : settingTable()) {
         variables.push_back(settingEnvironmentName(descriptor.name));
@@ -435,4 +433,4 @@ RenderOptions resolveOptions(const Settings& settings) {
     return options;
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

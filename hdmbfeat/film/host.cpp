@@ -22,7 +22,7 @@ extern "C" void onInterrupt(int signalNumber) {
     }
 }
 
-}  // namespace
+} // namespace
 
 struct Host::Impl {
     mutable std::mutex mutex;
@@ -39,7 +39,7 @@ Host::~Host() = default;
 
 Host& Host::instance() {
     // Never destroyed: render threads of a host that exits in a hurry may still ask it.
-    static Host* const host = new Host;  // NOLINT(cppcoreguidelines-owning-memory)
+    static Host* const host = new Host; // NOLINT(cppcoreguidelines-owning-memory)
     return *host;
 }
 
@@ -122,4 +122,4 @@ void Host::dropLastFrame() {
     publish(nullptr);
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

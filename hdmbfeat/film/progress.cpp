@@ -12,9 +12,9 @@ namespace mbfeat {
 
 namespace {
 
-constexpr double kLineInterval = 5.0;  // seconds
+constexpr double kLineInterval = 5.0; // seconds
 constexpr double kBarInterval = 0.1;
-constexpr int kLongestBar = 40;  // characters
+constexpr int kLongestBar = 40; // characters
 
 template <class... Values>
 std::string formatted(const char* format, Values... values) {
@@ -48,7 +48,7 @@ int terminalWidth(std::FILE* out) {
     return known ? size.ws_col : 80;
 }
 
-}  // namespace
+} // namespace
 
 std::string progressText(const RenderProgress& progress) {
     const double percent = std::clamp(progress.fraction, 0.0, 1.0) * 100.0;
@@ -66,7 +66,9 @@ std::string progressText(const RenderProgress& progress) {
 }
 
 ProgressReporter::ProgressReporter(Host::ProgressStyle style, std::string label, std::FILE* out)
-    : style_(style), label_(std::move(label)), out_(out) {
+    : style_(style),
+      label_(std::move(label)),
+      out_(out) {
     if (style_ == Host::ProgressStyle::kBar && isatty(fileno(out_)) == 0) {
         style_ = Host::ProgressStyle::kLines;
     }
@@ -114,4 +116,4 @@ void ProgressReporter::show(const RenderProgress& progress) {
     shownAt_ = progress.seconds;
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -35,8 +35,8 @@ private:
     std::string label_;
     std::FILE* out_;
     RenderProgress last_;
-    double shownAt_ = 0.0;  ///< seconds of the last state shown
+    double shownAt_ = 0.0; ///< seconds of the last state shown
     bool shown_ = false;
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat
