@@ -1,8 +1,8 @@
 // Namespace and version macros under the path an OpenUSD SDK has them.
 //
-// The base libraries' wheels name their macros after each library (TF_INTERNAL_NS, ...), all with one
-// value; an SDK calls it PXR_INTERNAL_NS. The compile flag that renames the namespace to the runtime's
-// (see the build) applies to both.
+// The base libraries' wheels name their macros after each library (TF_INTERNAL_NS, ...), all with
+// one value; an SDK calls it PXR_INTERNAL_NS. The compile flag that renames the namespace to the
+// runtime's (see the build) applies to both.
 #pragma once
 
 #include "pxr/tf/pxr.h"

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/arch/defines.h"  // IWYU pragma: export
+#include "pxr/arch/defines.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/arch/env.h"  // IWYU pragma: export
+#include "pxr/arch/env.h" // IWYU pragma: export

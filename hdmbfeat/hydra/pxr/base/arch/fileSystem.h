@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/arch/fileSystem.h"  // IWYU pragma: export
+#include "pxr/arch/fileSystem.h" // IWYU pragma: export

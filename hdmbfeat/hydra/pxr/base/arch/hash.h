@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/arch/hash.h"  // IWYU pragma: export
+#include "pxr/arch/hash.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/arch/hints.h"  // IWYU pragma: export
+#include "pxr/arch/hints.h" // IWYU pragma: export

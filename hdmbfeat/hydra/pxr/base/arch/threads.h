@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/arch/threads.h"  // IWYU pragma: export
+#include "pxr/arch/threads.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/arch/timing.h"  // IWYU pragma: export
+#include "pxr/arch/timing.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/bbox3d.h"  // IWYU pragma: export
+#include "pxr/gf/bbox3d.h" // IWYU pragma: export

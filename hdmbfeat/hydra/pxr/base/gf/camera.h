@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/camera.h"  // IWYU pragma: export
+#include "pxr/gf/camera.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/frustum.h"  // IWYU pragma: export
+#include "pxr/gf/frustum.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/half.h"  // IWYU pragma: export
+#include "pxr/gf/half.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/math.h"  // IWYU pragma: export
+#include "pxr/gf/math.h" // IWYU pragma: export

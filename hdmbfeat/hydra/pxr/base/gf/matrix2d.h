@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/matrix2d.h"  // IWYU pragma: export
+#include "pxr/gf/matrix2d.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/matrix2f.h"  // IWYU pragma: export
+#include "pxr/gf/matrix2f.h" // IWYU pragma: export

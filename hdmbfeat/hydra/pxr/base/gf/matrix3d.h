@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/matrix3d.h"  // IWYU pragma: export
+#include "pxr/gf/matrix3d.h" // IWYU pragma: export

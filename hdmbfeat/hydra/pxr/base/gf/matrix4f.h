@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/matrix4f.h"  // IWYU pragma: export
+#include "pxr/gf/matrix4f.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/quatd.h"  // IWYU pragma: export
+#include "pxr/gf/quatd.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/quatf.h"  // IWYU pragma: export
+#include "pxr/gf/quatf.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/quath.h"  // IWYU pragma: export
+#include "pxr/gf/quath.h" // IWYU pragma: export

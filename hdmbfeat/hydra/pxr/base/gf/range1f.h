@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/range1f.h"  // IWYU pragma: export
+#include "pxr/gf/range1f.h" // IWYU pragma: export

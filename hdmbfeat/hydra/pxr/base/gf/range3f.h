@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/range3f.h"  // IWYU pragma: export
+#include "pxr/gf/range3f.h" // IWYU pragma: export

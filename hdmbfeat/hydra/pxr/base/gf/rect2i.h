@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/rect2i.h"  // IWYU pragma: export
+#include "pxr/gf/rect2i.h" // IWYU pragma: export

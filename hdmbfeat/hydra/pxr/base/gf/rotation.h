@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/rotation.h"  // IWYU pragma: export
+#include "pxr/gf/rotation.h" // IWYU pragma: export

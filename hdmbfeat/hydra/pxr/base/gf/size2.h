@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/size2.h"  // IWYU pragma: export
+#include "pxr/gf/size2.h" // IWYU pragma: export

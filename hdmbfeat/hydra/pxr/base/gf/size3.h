@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/size3.h"  // IWYU pragma: export
+#include "pxr/gf/size3.h" // IWYU pragma: export

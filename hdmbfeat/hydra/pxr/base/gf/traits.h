@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/traits.h"  // IWYU pragma: export
+#include "pxr/gf/traits.h" // IWYU pragma: export

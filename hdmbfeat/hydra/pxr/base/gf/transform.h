@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/transform.h"  // IWYU pragma: export
+#include "pxr/gf/transform.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/vec2f.h"  // IWYU pragma: export
+#include "pxr/gf/vec2f.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/vec2h.h"  // IWYU pragma: export
+#include "pxr/gf/vec2h.h" // IWYU pragma: export

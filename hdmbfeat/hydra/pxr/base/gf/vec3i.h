@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/gf/vec3i.h"  // IWYU pragma: export
+#include "pxr/gf/vec3i.h" // IWYU pragma: export

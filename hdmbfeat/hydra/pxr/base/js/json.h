@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/js/json.h"  // IWYU pragma: export
+#include "pxr/js/json.h" // IWYU pragma: export

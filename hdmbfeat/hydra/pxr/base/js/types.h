@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/js/types.h"  // IWYU pragma: export
+#include "pxr/js/types.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/js/utils.h"  // IWYU pragma: export
+#include "pxr/js/utils.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/js/value.h"  // IWYU pragma: export
+#include "pxr/js/value.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/plug/plugin.h"  // IWYU pragma: export
+#include "pxr/plug/plugin.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/plug/registry.h"  // IWYU pragma: export
+#include "pxr/plug/registry.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/plug/thisPlugin.h"  // IWYU pragma: export
+#include "pxr/plug/thisPlugin.h" // IWYU pragma: export

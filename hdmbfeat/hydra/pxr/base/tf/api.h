@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/api.h"  // IWYU pragma: export
+#include "pxr/tf/api.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/debug.h"  // IWYU pragma: export
+#include "pxr/tf/debug.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/declarePtrs.h"  // IWYU pragma: export
+#include "pxr/tf/declarePtrs.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/diagnostic.h"  // IWYU pragma: export
+#include "pxr/tf/diagnostic.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/diagnosticMgr.h"  // IWYU pragma: export
+#include "pxr/tf/diagnosticMgr.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/enum.h"  // IWYU pragma: export
+#include "pxr/tf/enum.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/envSetting.h"  // IWYU pragma: export
+#include "pxr/tf/envSetting.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/error.h"  // IWYU pragma: export
+#include "pxr/tf/error.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/errorMark.h"  // IWYU pragma: export
+#include "pxr/tf/errorMark.h" // IWYU pragma: export

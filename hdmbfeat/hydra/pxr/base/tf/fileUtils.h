@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/fileUtils.h"  // IWYU pragma: export
+#include "pxr/tf/fileUtils.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/getenv.h"  // IWYU pragma: export
+#include "pxr/tf/getenv.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/hash.h"  // IWYU pragma: export
+#include "pxr/tf/hash.h" // IWYU pragma: export

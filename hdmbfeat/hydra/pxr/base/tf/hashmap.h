@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/hashmap.h"  // IWYU pragma: export
+#include "pxr/tf/hashmap.h" // IWYU pragma: export

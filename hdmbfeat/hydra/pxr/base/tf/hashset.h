@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/hashset.h"  // IWYU pragma: export
+#include "pxr/tf/hashset.h" // IWYU pragma: export

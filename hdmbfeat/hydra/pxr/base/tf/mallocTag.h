@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/mallocTag.h"  // IWYU pragma: export
+#include "pxr/tf/mallocTag.h" // IWYU pragma: export

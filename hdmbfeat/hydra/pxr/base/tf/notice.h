@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/notice.h"  // IWYU pragma: export
+#include "pxr/tf/notice.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/pathUtils.h"  // IWYU pragma: export
+#include "pxr/tf/pathUtils.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/refBase.h"  // IWYU pragma: export
+#include "pxr/tf/refBase.h" // IWYU pragma: export

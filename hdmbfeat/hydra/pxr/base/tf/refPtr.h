@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/refPtr.h"  // IWYU pragma: export
+#include "pxr/tf/refPtr.h" // IWYU pragma: export

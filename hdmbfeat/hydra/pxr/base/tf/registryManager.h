@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/registryManager.h"  // IWYU pragma: export
+#include "pxr/tf/registryManager.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/setenv.h"  // IWYU pragma: export
+#include "pxr/tf/setenv.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/singleton.h"  // IWYU pragma: export
+#include "pxr/tf/singleton.h" // IWYU pragma: export

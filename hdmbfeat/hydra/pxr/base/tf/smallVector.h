@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/smallVector.h"  // IWYU pragma: export
+#include "pxr/tf/smallVector.h" // IWYU pragma: export

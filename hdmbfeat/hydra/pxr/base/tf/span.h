@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/span.h"  // IWYU pragma: export
+#include "pxr/tf/span.h" // IWYU pragma: export

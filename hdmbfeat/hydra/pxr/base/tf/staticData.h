@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/staticData.h"  // IWYU pragma: export
+#include "pxr/tf/staticData.h" // IWYU pragma: export

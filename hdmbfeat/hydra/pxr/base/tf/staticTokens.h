@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/staticTokens.h"  // IWYU pragma: export
+#include "pxr/tf/staticTokens.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/status.h"  // IWYU pragma: export
+#include "pxr/tf/status.h" // IWYU pragma: export

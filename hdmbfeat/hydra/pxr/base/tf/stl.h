@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/stl.h"  // IWYU pragma: export
+#include "pxr/tf/stl.h" // IWYU pragma: export

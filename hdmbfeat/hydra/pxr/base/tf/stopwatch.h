@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/stopwatch.h"  // IWYU pragma: export
+#include "pxr/tf/stopwatch.h" // IWYU pragma: export

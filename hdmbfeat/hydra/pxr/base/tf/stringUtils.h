@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/stringUtils.h"  // IWYU pragma: export
+#include "pxr/tf/stringUtils.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/token.h"  // IWYU pragma: export
+#include "pxr/tf/token.h" // IWYU pragma: export

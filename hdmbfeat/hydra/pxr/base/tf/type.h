@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/type.h"  // IWYU pragma: export
+#include "pxr/tf/type.h" // IWYU pragma: export

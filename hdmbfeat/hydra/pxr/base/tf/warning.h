@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/warning.h"  // IWYU pragma: export
+#include "pxr/tf/warning.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/weakBase.h"  // IWYU pragma: export
+#include "pxr/tf/weakBase.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/tf/weakPtr.h"  // IWYU pragma: export
+#include "pxr/tf/weakPtr.h" // IWYU pragma: export

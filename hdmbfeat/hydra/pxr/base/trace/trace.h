@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/trace/trace.h"  // IWYU pragma: export
+#include "pxr/trace/trace.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/vt/array.h"  // IWYU pragma: export
+#include "pxr/vt/array.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/vt/dictionary.h"  // IWYU pragma: export
+#include "pxr/vt/dictionary.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/vt/hash.h"  // IWYU pragma: export
+#include "pxr/vt/hash.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/vt/traits.h"  // IWYU pragma: export
+#include "pxr/vt/traits.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/vt/typeHeaders.h"  // IWYU pragma: export
+#include "pxr/vt/typeHeaders.h" // IWYU pragma: export

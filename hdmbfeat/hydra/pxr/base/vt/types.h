@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/vt/types.h"  // IWYU pragma: export
+#include "pxr/vt/types.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/vt/value.h"  // IWYU pragma: export
+#include "pxr/vt/value.h" // IWYU pragma: export

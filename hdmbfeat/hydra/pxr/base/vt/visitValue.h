@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/vt/visitValue.h"  // IWYU pragma: export
+#include "pxr/vt/visitValue.h" // IWYU pragma: export

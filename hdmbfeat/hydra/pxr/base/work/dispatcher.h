@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/work/dispatcher.h"  // IWYU pragma: export
+#include "pxr/work/dispatcher.h" // IWYU pragma: export

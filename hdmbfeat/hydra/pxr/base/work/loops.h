@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/work/loops.h"  // IWYU pragma: export
+#include "pxr/work/loops.h" // IWYU pragma: export

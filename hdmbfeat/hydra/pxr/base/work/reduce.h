@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/work/reduce.h"  // IWYU pragma: export
+#include "pxr/work/reduce.h" // IWYU pragma: export

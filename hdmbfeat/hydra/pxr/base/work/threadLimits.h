@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/work/threadLimits.h"  // IWYU pragma: export
+#include "pxr/work/threadLimits.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/work/utils.h"  // IWYU pragma: export
+#include "pxr/work/utils.h" // IWYU pragma: export

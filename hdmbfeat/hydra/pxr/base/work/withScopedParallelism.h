@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/work/withScopedParallelism.h"  // IWYU pragma: export
+#include "pxr/work/withScopedParallelism.h" // IWYU pragma: export

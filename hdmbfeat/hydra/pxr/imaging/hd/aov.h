@@ -20,7 +20,9 @@ using HdAovSettingsMap = TfHashMap<TfToken, VtValue, TfToken::HashFunctor>;
 struct HdAovDescriptor {
     HdAovDescriptor() : format(HdFormatInvalid), multiSampled(false) {}
     HdAovDescriptor(HdFormat format_, bool multiSampled_, const VtValue& clearValue_)
-        : format(format_), multiSampled(multiSampled_), clearValue(clearValue_) {}
+        : format(format_),
+          multiSampled(multiSampled_),
+          clearValue(clearValue_) {}
 
     HdFormat format;
     bool multiSampled;
@@ -31,7 +33,8 @@ HYDRA_INTERFACE_SIZE(HdAovDescriptor, 64, 8);
 
 using HdAovDescriptorList = std::vector<HdAovDescriptor>;
 
-/// One AOV bound to a render pass. The buffer may be null: then look renderBufferId up in the index.
+/// One AOV bound to a render pass. The buffer may be null: then look renderBufferId up in the
+/// index.
 struct HdRenderPassAovBinding {
     HdRenderPassAovBinding() : renderBuffer(nullptr) {}
 
@@ -49,7 +52,9 @@ using HdRenderPassAovBindingVector = std::vector<HdRenderPassAovBinding>;
 struct HdRenderBufferDescriptor {
     HdRenderBufferDescriptor() : dimensions(0), format(HdFormatInvalid), multiSampled(false) {}
     HdRenderBufferDescriptor(const GfVec3i& dimensions_, HdFormat format_, bool multiSampled_)
-        : dimensions(dimensions_), format(format_), multiSampled(multiSampled_) {}
+        : dimensions(dimensions_),
+          format(format_),
+          multiSampled(multiSampled_) {}
 
     bool operator==(const HdRenderBufferDescriptor& other) const {
         return dimensions == other.dimensions && format == other.format &&

@@ -18,7 +18,8 @@ public:
 
     const SdfPath& GetId() const { return _id; }
 
-    /// Pulls what dirtyBits names from the scene; the implementation clears the bits that it handled.
+    /// Pulls what dirtyBits names from the scene; the implementation clears the bits that it
+    /// handled.
     virtual void Sync(HdSceneDelegate* sceneDelegate, HdRenderParam* renderParam,
                       HdDirtyBits* dirtyBits) = 0;
     /// Called once, before the prim is destroyed.

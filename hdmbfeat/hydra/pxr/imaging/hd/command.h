@@ -16,7 +16,8 @@ using HdCommandArgs = VtDictionary;
 struct HdCommandArgDescriptor {
     HdCommandArgDescriptor();
     HdCommandArgDescriptor(const TfToken& name, const VtValue& value)
-        : argName(name), defaultValue(value) {}
+        : argName(name),
+          defaultValue(value) {}
 
     const TfToken argName;
     const VtValue defaultValue;
@@ -30,7 +31,9 @@ struct HdCommandDescriptor {
     HdCommandDescriptor();
     explicit HdCommandDescriptor(const TfToken& name, const std::string& description = "",
                                  const HdCommandArgDescriptors& args = HdCommandArgDescriptors())
-        : commandName(name), commandDescription(description), commandArgs(args) {}
+        : commandName(name),
+          commandDescription(description),
+          commandArgs(args) {}
 
     const TfToken commandName;
     const std::string commandDescription;

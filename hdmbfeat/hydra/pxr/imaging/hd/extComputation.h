@@ -47,8 +47,7 @@ public:
     bool IsInputAggregation() const;
 
 protected:
-    void _Sync(HdSceneDelegate* sceneDelegate, HdRenderParam* renderParam,
-               HdDirtyBits* dirtyBits);
+    void _Sync(HdSceneDelegate* sceneDelegate, HdRenderParam* renderParam, HdDirtyBits* dirtyBits);
     static bool _IsEnabledSharedExtComputationData();
 
 private:

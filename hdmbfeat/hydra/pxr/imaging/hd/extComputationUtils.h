@@ -14,9 +14,9 @@ public:
     using ValueStore = std::unordered_map<TfToken, VtValue, TfToken::HashFunctor>;
 
     /// Runs the computations behind the primvars, at the current frame; values by primvar name.
-    static ValueStore GetComputedPrimvarValues(
-        const HdExtComputationPrimvarDescriptorVector& compPrimvars,
-        HdSceneDelegate* sceneDelegate);
+    static ValueStore
+    GetComputedPrimvarValues(const HdExtComputationPrimvarDescriptorVector& compPrimvars,
+                             HdSceneDelegate* sceneDelegate);
 };
 HYDRA_INTERFACE_SIZE(HdExtComputationUtils, 1, 1);
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "pxr/base/vt/array.h"
 #include "pxr/base/vt/types.h"
 #include "pxr/imaging/interface.h"
 #include "pxr/usd/sdf/path.h"

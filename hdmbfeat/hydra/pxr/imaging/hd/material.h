@@ -77,8 +77,7 @@ struct HdMaterialConnection2 {
     TfToken upstreamOutputName;
 
     bool operator==(const HdMaterialConnection2& other) const {
-        return upstreamNode == other.upstreamNode &&
-               upstreamOutputName == other.upstreamOutputName;
+        return upstreamNode == other.upstreamNode && upstreamOutputName == other.upstreamOutputName;
     }
 };
 HYDRA_INTERFACE_SIZE(HdMaterialConnection2, 16, 8);

@@ -25,8 +25,8 @@ public:
     void ComputeTriangleIndices(VtVec3iArray* indices, VtIntArray* primitiveParams,
                                 VtIntArray* edgeIndices = nullptr) const;
     /// Three values a triangle from one value a face vertex; false for an unknown type.
-    bool ComputeTriangulatedFaceVaryingPrimvar(const void* source, int numElements,
-                                               HdType dataType, VtValue* triangulated) const;
+    bool ComputeTriangulatedFaceVaryingPrimvar(const void* source, int numElements, HdType dataType,
+                                               VtValue* triangulated) const;
     void EnumerateEdges(std::vector<GfVec2i>* edgeVertices,
                         std::vector<int>* firstEdgeIndexForFaces = nullptr) const;
 

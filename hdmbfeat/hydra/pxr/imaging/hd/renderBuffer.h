@@ -12,7 +12,11 @@ HYDRA_INTERFACE_OPEN_SCOPE
 /// AOVs or the size change: never keep a pointer across frames.
 class HdRenderBuffer : public HdBprim {
 public:
-    enum DirtyBits : HdDirtyBits { Clean = 0, DirtyDescription = 1 << 0, AllDirty = DirtyDescription };
+    enum DirtyBits : HdDirtyBits {
+        Clean = 0,
+        DirtyDescription = 1 << 0,
+        AllDirty = DirtyDescription
+    };
 
     explicit HdRenderBuffer(const SdfPath& id);
     ~HdRenderBuffer() override;

@@ -30,7 +30,7 @@ class HdSprim;
 
 /// A setting that an application may show and change.
 struct HdRenderSettingDescriptor {
-    std::string name;  ///< For people.
+    std::string name; ///< For people.
     TfToken key;
     VtValue defaultValue;
 };

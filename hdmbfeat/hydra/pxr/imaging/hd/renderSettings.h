@@ -31,8 +31,8 @@ public:
         DirtyShutterInterval = 1 << 7,
         DirtyFrameNumber = 1 << 8,
         AllDirty = DirtyActive | DirtyNamespacedSettings | DirtyRenderProducts |
-                   DirtyIncludedPurposes | DirtyMaterialBindingPurposes |
-                   DirtyRenderingColorSpace | DirtyShutterInterval | DirtyFrameNumber
+                   DirtyIncludedPurposes | DirtyMaterialBindingPurposes | DirtyRenderingColorSpace |
+                   DirtyShutterInterval | DirtyFrameNumber
     };
 
     /// One file to be written.

@@ -19,9 +19,12 @@ public:
     HdReprSelector() = default;
     explicit HdReprSelector(const TfToken& refined) : refinedToken(refined) {}
     HdReprSelector(const TfToken& refined, const TfToken& unrefined)
-        : refinedToken(refined), unrefinedToken(unrefined) {}
+        : refinedToken(refined),
+          unrefinedToken(unrefined) {}
     HdReprSelector(const TfToken& refined, const TfToken& unrefined, const TfToken& points)
-        : refinedToken(refined), unrefinedToken(unrefined), pointsToken(points) {}
+        : refinedToken(refined),
+          unrefinedToken(unrefined),
+          pointsToken(points) {}
 
     bool Contains(const TfToken& reprToken) const;
     bool IsActiveRepr(size_t topologyIndex) const;

@@ -3,6 +3,7 @@
 #include "pxr/base/gf/bbox3d.h"
 #include "pxr/base/gf/range3d.h"
 #include "pxr/base/tf/token.h"
+#include "pxr/base/vt/array.h"
 #include "pxr/base/vt/types.h"
 #include "pxr/base/vt/value.h"
 #include "pxr/imaging/hd/enums.h"
@@ -34,9 +35,10 @@ public:
     HdDirtyBits PropagateRprimDirtyBits(HdDirtyBits bits);
     void InitRepr(HdSceneDelegate* delegate, const TfToken& reprToken, HdDirtyBits* dirtyBits);
 
-    /// Pulls what dirtyBits names from the scene; the implementation clears the bits that it handled.
-    virtual void Sync(HdSceneDelegate* delegate, HdRenderParam* renderParam,
-                      HdDirtyBits* dirtyBits, const TfToken& reprToken) = 0;
+    /// Pulls what dirtyBits names from the scene; the implementation clears the bits that it
+    /// handled.
+    virtual void Sync(HdSceneDelegate* delegate, HdRenderParam* renderParam, HdDirtyBits* dirtyBits,
+                      const TfToken& reprToken) = 0;
     virtual void Finalize(HdRenderParam* renderParam);
 
     const SdfPath& GetId() const { return _sharedData.rprimID; }
@@ -49,7 +51,9 @@ public:
     const TfToken& GetRenderTag() const { return _renderTag; }
     bool IsVisible() const { return _sharedData.visible; }
 
-    TfToken GetRenderTag(HdSceneDelegate* delegate) const { return delegate->GetRenderTag(GetId()); }
+    TfToken GetRenderTag(HdSceneDelegate* delegate) const {
+        return delegate->GetRenderTag(GetId());
+    }
     GfRange3d GetExtent(HdSceneDelegate* delegate) const { return delegate->GetExtent(GetId()); }
     HdPrimvarDescriptorVector GetPrimvarDescriptors(HdSceneDelegate* delegate,
                                                     HdInterpolation interpolation) const {

@@ -51,8 +51,7 @@ struct HdDisplayStyle {
     ~HdDisplayStyle() = default;
 
     bool operator==(const HdDisplayStyle& other) const {
-        return refineLevel == other.refineLevel &&
-               flatShadingEnabled == other.flatShadingEnabled &&
+        return refineLevel == other.refineLevel && flatShadingEnabled == other.flatShadingEnabled &&
                displacementEnabled == other.displacementEnabled &&
                displayInOverlay == other.displayInOverlay &&
                occludedSelectionShowsThrough == other.occludedSelectionShowsThrough &&
@@ -77,7 +76,10 @@ struct HdPrimvarDescriptor {
     HdPrimvarDescriptor() : interpolation(HdInterpolationConstant), indexed(false) {}
     HdPrimvarDescriptor(const TfToken& name_, HdInterpolation interpolation_,
                         const TfToken& role_ = TfToken(), bool indexed_ = false)
-        : name(name_), interpolation(interpolation_), role(role_), indexed(indexed_) {}
+        : name(name_),
+          interpolation(interpolation_),
+          role(role_),
+          indexed(indexed_) {}
 
     bool operator==(const HdPrimvarDescriptor& other) const {
         return name == other.name && interpolation == other.interpolation && role == other.role &&
@@ -152,7 +154,8 @@ using HdExtComputationInputDescriptorVector = std::vector<HdExtComputationInputD
 struct HdExtComputationOutputDescriptor {
     HdExtComputationOutputDescriptor() : valueType{HdTypeInvalid, 0} {}
     HdExtComputationOutputDescriptor(const TfToken& name_, const HdTupleType& valueType_)
-        : name(name_), valueType(valueType_) {}
+        : name(name_),
+          valueType(valueType_) {}
 
     bool operator==(const HdExtComputationOutputDescriptor& other) const {
         return name == other.name && valueType == other.valueType;
@@ -168,9 +171,9 @@ HYDRA_INTERFACE_SIZE(HdExtComputationOutputDescriptor, 24, 8);
 
 using HdExtComputationOutputDescriptorVector = std::vector<HdExtComputationOutputDescriptor>;
 
-/// Where prims pull their data from. The Sample... functions fill at most maxSampleCount samples and
-/// return how many there are, which may be more; sample times are frames relative to the current one.
-/// The forms without a time range sample the shutter interval of the current camera.
+/// Where prims pull their data from. The Sample... functions fill at most maxSampleCount samples
+/// and return how many there are, which may be more; sample times are frames relative to the
+/// current one. The forms without a time range sample the shutter interval of the current camera.
 class HdSceneDelegate {
 public:
     HdSceneDelegate(HdRenderIndex* parentIndex, const SdfPath& delegateID);
@@ -194,7 +197,8 @@ public:
     virtual VtValue GetShadingStyle(const SdfPath& id);
     virtual HdDisplayStyle GetDisplayStyle(const SdfPath& id);
     virtual VtValue Get(const SdfPath& id, const TfToken& key);
-    /// The values without repetition, and indices into them (left empty if the primvar is not indexed).
+    /// The values without repetition, and indices into them (left empty if the primvar is not
+    /// indexed).
     virtual VtValue GetIndexedPrimvar(const SdfPath& id, const TfToken& key,
                                       VtIntArray* outIndices);
     virtual HdReprSelector GetReprSelector(const SdfPath& id);
@@ -236,9 +240,9 @@ public:
     /// Path in the application's scene.
     virtual SdfPath GetScenePrimPath(const SdfPath& rprimId, int instanceIndex,
                                      HdInstancerContext* instancerContext = nullptr);
-    virtual SdfPathVector GetScenePrimPaths(
-        const SdfPath& rprimId, std::vector<int> instanceIndices,
-        std::vector<HdInstancerContext>* instancerContexts = nullptr);
+    virtual SdfPathVector
+    GetScenePrimPaths(const SdfPath& rprimId, std::vector<int> instanceIndices,
+                      std::vector<HdInstancerContext>* instancerContexts = nullptr);
 
     virtual SdfPath GetMaterialId(const SdfPath& rprimId);
     /// Holds an HdMaterialNetworkMap.
@@ -249,20 +253,19 @@ public:
     virtual HdVolumeFieldDescriptorVector GetVolumeFieldDescriptors(const SdfPath& volumeId);
 
     virtual TfTokenVector GetExtComputationSceneInputNames(const SdfPath& computationId);
-    virtual HdExtComputationInputDescriptorVector GetExtComputationInputDescriptors(
-        const SdfPath& computationId);
-    virtual HdExtComputationOutputDescriptorVector GetExtComputationOutputDescriptors(
-        const SdfPath& computationId);
-    virtual HdExtComputationPrimvarDescriptorVector GetExtComputationPrimvarDescriptors(
-        const SdfPath& id, HdInterpolation interpolationMode);
+    virtual HdExtComputationInputDescriptorVector
+    GetExtComputationInputDescriptors(const SdfPath& computationId);
+    virtual HdExtComputationOutputDescriptorVector
+    GetExtComputationOutputDescriptors(const SdfPath& computationId);
+    virtual HdExtComputationPrimvarDescriptorVector
+    GetExtComputationPrimvarDescriptors(const SdfPath& id, HdInterpolation interpolationMode);
     virtual VtValue GetExtComputationInput(const SdfPath& computationId, const TfToken& input);
     virtual size_t SampleExtComputationInput(const SdfPath& computationId, const TfToken& input,
                                              size_t maxSampleCount, float* sampleTimes,
                                              VtValue* sampleValues);
     virtual size_t SampleExtComputationInput(const SdfPath& computationId, const TfToken& input,
-                                             float startTime, float endTime,
-                                             size_t maxSampleCount, float* sampleTimes,
-                                             VtValue* sampleValues);
+                                             float startTime, float endTime, size_t maxSampleCount,
+                                             float* sampleTimes, VtValue* sampleValues);
     virtual std::string GetExtComputationKernel(const SdfPath& computationId);
     virtual void InvokeExtComputation(const SdfPath& computationId,
                                       HdExtComputationContext* context);

@@ -8,7 +8,8 @@ HYDRA_INTERFACE_OPEN_SCOPE
 
 class HdSceneIndexBase;
 
-/// Told of a scene index's changes. The entries stay incomplete: only the library makes and reads them.
+/// Told of a scene index's changes. The entries stay incomplete: only the library makes and reads
+/// them.
 class HdSceneIndexObserver : public TfWeakBase {
 public:
     struct AddedPrimEntry;

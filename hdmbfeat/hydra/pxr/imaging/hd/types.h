@@ -97,8 +97,8 @@ enum HdFormat {
 
 HdType HdGetComponentType(HdType type);
 size_t HdGetComponentCount(HdType type);
-size_t HdDataSizeOfType(HdType type);          ///< Bytes.
-size_t HdDataSizeOfTupleType(HdTupleType type);  ///< Bytes.
+size_t HdDataSizeOfType(HdType type);           ///< Bytes.
+size_t HdDataSizeOfTupleType(HdTupleType type); ///< Bytes.
 
 /// Type and count of what the value holds (an array counts its elements); HdTypeInvalid if unknown.
 HdTupleType HdGetValueTupleType(const VtValue& value);
@@ -107,6 +107,6 @@ const void* HdGetValueData(const VtValue& value);
 
 HdFormat HdGetComponentFormat(HdFormat format);
 size_t HdGetComponentCount(HdFormat format);
-size_t HdDataSizeOfFormat(HdFormat format);  ///< Bytes a pixel.
+size_t HdDataSizeOfFormat(HdFormat format); ///< Bytes a pixel.
 
 HYDRA_INTERFACE_CLOSE_SCOPE

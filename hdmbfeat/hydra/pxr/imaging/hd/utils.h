@@ -22,6 +22,6 @@ HdContainerDataSourceHandle ConvertVtDictionaryToContainerDS(const VtDictionary&
 /// From the text of an aspectRatioConformPolicy attribute.
 CameraUtilConformWindowPolicy ToConformWindowPolicy(const TfToken& token);
 
-}  // namespace HdUtils
+} // namespace HdUtils
 
 HYDRA_INTERFACE_CLOSE_SCOPE

@@ -13,7 +13,8 @@ TF_DECLARE_WEAK_AND_REF_PTRS(HdsiImplicitSurfaceSceneIndex);
 /// Turns spheres, cubes, cones, cylinders, capsules and planes into meshes.
 class HdsiImplicitSurfaceSceneIndex : public HdSingleInputFilteringSceneIndexBase {
 public:
-    /// inputArgs: for each of the keys sphere, cube, cone, cylinder, capsule, plane the token toMesh.
+    /// inputArgs: for each of the keys sphere, cube, cone, cylinder, capsule, plane the token
+    /// toMesh.
     static HdsiImplicitSurfaceSceneIndexRefPtr New(const HdSceneIndexBaseRefPtr& inputSceneIndex,
                                                    const HdContainerDataSourceHandle& inputArgs);
 

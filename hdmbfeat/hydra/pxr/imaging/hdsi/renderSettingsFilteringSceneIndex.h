@@ -9,14 +9,14 @@ HYDRA_INTERFACE_OPEN_SCOPE
 
 TF_DECLARE_WEAK_AND_REF_PTRS(HdsiRenderSettingsFilteringSceneIndex);
 
-/// Marks the active render settings prim, gives it the camera's shutter interval, and keeps only the
-/// settings of the wanted namespaces. Without it HdRenderSettings::IsActive() is always false.
+/// Marks the active render settings prim, gives it the camera's shutter interval, and keeps only
+/// the settings of the wanted namespaces. Without it HdRenderSettings::IsActive() is always false.
 /// Reached through New only: its own data is not described here, so its size is not the library's.
 class HdsiRenderSettingsFilteringSceneIndex : public HdSingleInputFilteringSceneIndexBase {
 public:
     /// inputArgs: namespacePrefixes (array of tokens), optionally fallbackPrimDs.
-    static HdsiRenderSettingsFilteringSceneIndexRefPtr New(
-        const HdSceneIndexBaseRefPtr& inputSceneIndex,
+    static HdsiRenderSettingsFilteringSceneIndexRefPtr
+    New(const HdSceneIndexBaseRefPtr& inputSceneIndex,
         const HdContainerDataSourceHandle& inputArgs);
 
     HdsiRenderSettingsFilteringSceneIndex() = delete;

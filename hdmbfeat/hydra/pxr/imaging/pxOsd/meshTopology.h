@@ -1,6 +1,7 @@
 #pragma once
 
 #include "pxr/base/tf/token.h"
+#include "pxr/base/vt/array.h"
 #include "pxr/base/vt/types.h"
 #include "pxr/imaging/interface.h"
 #include "pxr/imaging/pxOsd/subdivTags.h"
@@ -37,8 +38,8 @@ public:
     const PxOsdSubdivTags& GetSubdivTags() const { return _subdivTags; }
 
     PxOsdMeshTopology WithHoleIndices(const VtIntArray& holeIndices) const {
-        return {_scheme, _orientation, _faceVertexCounts, _faceVertexIndices, holeIndices,
-                _subdivTags};
+        return {_scheme,     _orientation, _faceVertexCounts, _faceVertexIndices,
+                holeIndices, _subdivTags};
     }
 
     ID ComputeHash() const;

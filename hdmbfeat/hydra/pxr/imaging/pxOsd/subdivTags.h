@@ -1,6 +1,7 @@
 #pragma once
 
 #include "pxr/base/tf/token.h"
+#include "pxr/base/vt/array.h"
 #include "pxr/base/vt/types.h"
 #include "pxr/imaging/interface.h"
 

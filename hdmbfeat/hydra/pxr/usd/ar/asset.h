@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/ar/asset.h"  // IWYU pragma: export
+#include "pxr/ar/asset.h" // IWYU pragma: export

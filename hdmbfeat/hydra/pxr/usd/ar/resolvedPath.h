@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/ar/resolvedPath.h"  // IWYU pragma: export
+#include "pxr/ar/resolvedPath.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/ar/resolver.h"  // IWYU pragma: export
+#include "pxr/ar/resolver.h" // IWYU pragma: export

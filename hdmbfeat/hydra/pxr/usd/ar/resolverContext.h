@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/ar/resolverContext.h"  // IWYU pragma: export
+#include "pxr/ar/resolverContext.h" // IWYU pragma: export

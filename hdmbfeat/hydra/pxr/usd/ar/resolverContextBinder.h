@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/ar/resolverContextBinder.h"  // IWYU pragma: export
+#include "pxr/ar/resolverContextBinder.h" // IWYU pragma: export

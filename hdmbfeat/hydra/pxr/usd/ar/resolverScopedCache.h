@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/ar/resolverScopedCache.h"  // IWYU pragma: export
+#include "pxr/ar/resolverScopedCache.h" // IWYU pragma: export

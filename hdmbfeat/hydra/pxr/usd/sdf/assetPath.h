@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/sdf/assetPath.h"  // IWYU pragma: export
+#include "pxr/sdf/assetPath.h" // IWYU pragma: export

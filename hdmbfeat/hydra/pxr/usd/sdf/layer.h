@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/sdf/layer.h"  // IWYU pragma: export
+#include "pxr/sdf/layer.h" // IWYU pragma: export

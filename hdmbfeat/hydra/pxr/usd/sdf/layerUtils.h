@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/sdf/layerUtils.h"  // IWYU pragma: export
+#include "pxr/sdf/layerUtils.h" // IWYU pragma: export

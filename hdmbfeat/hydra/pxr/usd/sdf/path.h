@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/sdf/path.h"  // IWYU pragma: export
+#include "pxr/sdf/path.h" // IWYU pragma: export

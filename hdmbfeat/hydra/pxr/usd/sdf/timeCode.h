@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/sdf/timeCode.h"  // IWYU pragma: export
+#include "pxr/sdf/timeCode.h" // IWYU pragma: export

@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/sdf/types.h"  // IWYU pragma: export
+#include "pxr/sdf/types.h" // IWYU pragma: export

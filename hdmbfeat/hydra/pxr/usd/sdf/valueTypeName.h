@@ -1,2 +1,2 @@
 #pragma once
-#include "pxr/sdf/valueTypeName.h"  // IWYU pragma: export
+#include "pxr/sdf/valueTypeName.h" // IWYU pragma: export
