@@ -67,7 +67,7 @@ private:
     GfVec4f _viewport;
     CameraUtilFraming _framing;
     std::optional<CameraUtilConformWindowPolicy> _overrideWindowPolicy;
-    std::byte _opaqueStyle[48];
+    std::byte _opaqueStyle[52];
     bool _lightingEnabled;
     bool _clippingEnabled;
     bool _enableExposureCompensation;
