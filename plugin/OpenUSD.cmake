@@ -32,6 +32,8 @@ if(MBFEAT_USD_ROOT AND EXISTS "${MBFEAT_USD_ROOT}/lib/libusd_ms.so"
         MFB_PACKAGE_NAME=hdMBFeat MFB_ALT_PACKAGE_NAME=hdMBFeat MFB_PACKAGE_MODULE=HdMBFeat)
     target_link_libraries(mbfeat_usd INTERFACE
         Python::Module "${MBFEAT_USD_ROOT}/lib/libusd_ms.so" TBB::tbb)
+    # The base headers include <ext/hash_set>, which warns with #warning whoever includes it.
+    target_compile_options(mbfeat_usd INTERFACE -Wno-cpp)
     # libusd_ms leaves Python's symbols, and some drivers', to the process that loads it.
     target_link_options(mbfeat_usd INTERFACE -Wl,--allow-shlib-undefined)
     return()
@@ -59,4 +61,5 @@ add_library(mbfeat_usd INTERFACE)
 target_include_directories(mbfeat_usd SYSTEM INTERFACE ${PXR_INCLUDE_DIRS})
 target_compile_definitions(mbfeat_usd INTERFACE
     MFB_PACKAGE_NAME=hdMBFeat MFB_ALT_PACKAGE_NAME=hdMBFeat MFB_PACKAGE_MODULE=HdMBFeat)
+target_compile_options(mbfeat_usd INTERFACE -Wno-cpp)
 target_link_libraries(mbfeat_usd INTERFACE hd hdsi hf hio usdImaging cameraUtil TBB::tbb)
