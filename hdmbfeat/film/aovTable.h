@@ -12,24 +12,28 @@ namespace mbfeat {
 
 /// How the samples of a pixel become its value.
 enum class AovReduction : std::uint8_t {
-    kMean,      ///< filter-weighted mean over the pixel's samples
-    kNearest,   ///< the sample nearest the pixel centre (ids, depths: their mean means nothing)
-    kSum,       ///< plain sum over samples (counts)
-    kVariance,  ///< unbiased variance of the mean of `color`, per channel
+    kMean,     ///< filter-weighted mean over the pixel's samples
+    kNearest,  ///< the sample nearest the pixel centre (ids, depths: their mean means nothing)
+    kSum,      ///< samples for which a bool of the record is true; without a field, all samples
+    kVariance, ///< unbiased variance of the mean of `color`, per channel
 };
 
 enum class AovType : std::uint8_t { kFloat, kInt };
 
+/// recordOffset of what the film knows by itself: the number of samples.
+inline constexpr std::size_t kNoRecordField = static_cast<std::size_t>(-1);
+
 struct AovDescriptor {
-    std::string name;                   ///< "mbfeat:albedo:0", "color", "primvars:st"
+    std::string name; ///< "mbfeat:albedo:0", "color", "primvars:st"
     AovType type = AovType::kFloat;
-    std::vector<std::string> channels;  ///< EXR channel suffixes: {"R","G","B"}, {"X","Y","Z"}, {"Z"}, ...
+    std::vector<std::string>
+        channels; ///< EXR channel suffixes: {"R","G","B"}, {"X","Y","Z"}, {"Z"}, ...
     AovReduction reduction = AovReduction::kMean;
-    std::size_t recordOffset = 0;       ///< bytes into PathRecord of the first value
-    std::uint32_t recordFlags = 0;      ///< RecordFlags the integrator must be asked for
-    float clearValue = 0.0F;            ///< at the background (ids -1, depth 1)
-    int vertex = -1;                    ///< 0..5 for per-vertex AOVs
-    std::string doc;                    ///< one sentence: meaning, unit, space
+    std::size_t recordOffset = 0;  ///< bytes into PathRecord of the first value, or kNoRecordField
+    std::uint32_t recordFlags = 0; ///< RecordFlags the integrator must be asked for
+    float clearValue = 0.0F;       ///< at the background (ids -1, depth 1)
+    int vertex = -1;               ///< 0..5 for per-vertex AOVs
+    std::string doc;               ///< one sentence: meaning, unit, space
 
     int width() const { return static_cast<int>(channels.size()); }
 };
@@ -38,10 +42,13 @@ struct AovDescriptor {
 /// contributions, first non-delta, the extended set.
 const std::vector<AovDescriptor>& aovTable();
 
-/// The descriptor of a name, `primvars:*` included; nothing if there is no such AOV.
+/// The descriptor of a name, `primvars:*` included; nothing if there is no such AOV. A primvar's
+/// recordOffset is that of slot 0 of PathRecord::primvars. Its width is not known before the scene
+/// is: displayColor is R, G, B, displayOpacity is A, and any other X, Y, Z with zeros for
+/// components that the primvar does not have.
 std::optional<AovDescriptor> findAov(const std::string& name);
 
 /// The table's name that is nearest to a misspelt one, for error messages.
 std::string nearestAovName(const std::string& name);
 
-}  // namespace mbfeat
+} // namespace mbfeat

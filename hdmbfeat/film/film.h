@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/diagnostics.h"
 #include "film/aovTable.h"
 #include "integrate/pathRecord.h"
 #include "scene/camera.h"
@@ -18,35 +19,46 @@ namespace mbfeat {
 
 /// Layout of one kept path: named float fields in order, see pathSampleFields().
 struct PathSampleField {
-    std::string name;  ///< EXR channel name: "R", "Z", "subpixel.X", "mbfeat:albedo:0.R", ...
+    std::string name; ///< EXR channel name: "R", "Z", "subpixel.X", "mbfeat:albedo:0.R", ...
     bool isInteger = false;
 };
 
 /// RGBA, Z (first-hit distance), subpixel x and y, the valid mask, the 54 features, and with
-/// `extended` the extended set.
+/// `extended` the extended set, both in the order of the AOV table.
 std::vector<PathSampleField> pathSampleFields(bool extended);
 
 struct FilmRequest {
     ImageWindow window;
-    std::vector<std::string> aovs;  ///< distinct, all known to findAov(); `color` is always kept
+    std::vector<std::string> aovs; ///< distinct, all known to findAov(); `color` is always kept
     bool keepPathSamples = false;
     bool extendedPathSamples = false;
-    int samplesPerPixel = 0;  ///< capacity of the path sample store
+    int samplesPerPixel = 0; ///< capacity of the path sample store
 };
 
 class Film {
 public:
+    /// Unknown and repeated AOVs are left out. Throws std::bad_alloc where memory is short, which
+    /// only callers that made the request themselves should risk: others use create().
     explicit Film(const FilmRequest& request);
     ~Film();
+    Film(const Film&) = delete;
+    Film& operator=(const Film&) = delete;
+
+    /// A film for a request that comes from a user: an error names an unknown or repeated AOV, more
+    /// than kMaxPrimvarAovs primvars, an empty window, kept paths that take more than
+    /// `pathSampleLimit` bytes, or memory that the system does not have.
+    static Result<std::shared_ptr<Film>> create(const FilmRequest& request,
+                                                std::size_t pathSampleLimit);
 
     const ImageWindow& window() const;
     /// RecordFlags that the bound AOVs and kept samples need.
     std::uint32_t recordFlags() const;
     /// Primvar names behind primvars:* AOVs, in slot order of PathRecord::primvars.
     const std::vector<std::string>& primvars() const;
-    const std::vector<AovDescriptor>& aovs() const;  ///< bound ones; index 0 is `color`
+    const std::vector<AovDescriptor>& aovs() const; ///< bound ones; index 0 is `color`
 
-    /// Adds a sample of pixel (x, y), display-window coordinates inside the data window.
+    /// Adds a sample of pixel (x, y), display-window coordinates inside the data window. Samples of
+    /// a pixel are added in sample order, by one thread at a time.
     void add(int x, int y, const PathRecord& record);
     /// Forgets all samples.
     void clear();
@@ -54,13 +66,18 @@ public:
     std::uint32_t sampleCount(int x, int y) const;
 
     /// Writes the AOV's current value as float32 (kInt AOVs: as int32 bit patterns through
-    /// resolveInt), row 0 at the top, width() values a pixel, data-window size.
+    /// resolveInt), row 0 at the top, width() values a pixel, data-window size. resolve() of a kInt
+    /// AOV gives its values as floats, resolveInt() of a kFloat one rounds towards zero.
     void resolve(int aovIndex, float* out) const;
     void resolveInt(int aovIndex, std::int32_t* out) const;
+    /// The same for rows [firstRow, firstRow + rowCount) of the data window.
+    void resolveRows(int aovIndex, int firstRow, int rowCount, float* out) const;
+    void resolveRowsInt(int aovIndex, int firstRow, int rowCount, std::int32_t* out) const;
     /// Index into aovs(), or -1.
     int findBound(const std::string& name) const;
 
-    /// Kept paths: float[height][width][samplesPerPixel][fields]; integers as their values. Null when not kept.
+    /// Kept paths: float[height][width][samplesPerPixel][fields] of the data window; integers as
+    /// their values, zeros where a sample was not added yet. Null when not kept.
     const float* pathSamples() const;
     int pathSampleCapacity() const;
     const std::vector<PathSampleField>& pathSampleLayout() const;
@@ -72,4 +89,4 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -1,0 +1,397 @@
+#include "film/film.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <optional>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+#include "film/filmStorage.h"
+
+namespace mbfeat {
+
+namespace {
+
+constexpr std::string_view kPrimvarPrefix = "primvars:";
+constexpr int kFeatureFloats = kFeatureVertices * 9;
+static_assert(sizeof(PathRecord::features) == kFeatureFloats * sizeof(float));
+// The AOV color reads its alpha behind its radiance.
+static_assert(offsetof(PathRecord, alpha) == offsetof(PathRecord, radiance) + sizeof(Rgb));
+
+std::int32_t toInt(float value) {
+    constexpr float kLimit = 2147483520.0F; // the largest float below 2^31
+    return std::isnan(value) ? 0 : static_cast<std::int32_t>(std::clamp(value, -kLimit, kLimit));
+}
+
+} // namespace
+
+struct Film::Impl {
+    ImageWindow window;
+    std::vector<AovDescriptor> aovs;
+    std::vector<int> slots; ///< per AOV the first accumulator: a sum of a mean, else a word
+    std::vector<std::string> primvars;
+    std::vector<PathSampleField> layout;
+    std::uint32_t flags = 0;
+
+    // A pixel's doubles: the weight's sum, the means' sums, the spread of color. Its words: the
+    // nearest sample's squared distance and values, the count of non-finite samples.
+    RunList means, nearest;
+    bool hasNearest = false, hasVariance = false, hasNonFinite = false;
+    int sumStride = 0, wordStride = 0, spreadSlot = 0, nonFiniteSlot = 0;
+    std::optional<ZeroedArray<double>> sums;
+    std::optional<ZeroedArray<std::uint32_t>> words;
+    std::optional<ZeroedArray<std::uint32_t>> counts;
+
+    bool extendedSamples = false;
+    std::size_t capacity = 0; ///< kept paths a pixel; 0: none are kept
+    std::optional<ZeroedArray<float>> samples;
+
+    explicit Impl(const FilmRequest& request);
+    void bind(const std::string& name);
+    void layOut();
+    void allocate();
+
+    std::size_t pixelCount() const {
+        return static_cast<std::size_t>(window.data.width) * window.data.height;
+    }
+    std::size_t pixelIndex(int x, int y) const {
+        assert(x >= window.data.x && x < window.data.x + window.data.width);
+        assert(y >= window.data.y && y < window.data.y + window.data.height);
+        return static_cast<std::size_t>(y - window.data.y) * window.data.width +
+               static_cast<std::size_t>(x - window.data.x);
+    }
+    void keep(std::size_t pixel, std::uint32_t index, const PathRecord& record);
+    void addNearest(std::uint32_t* pixelWords, bool first, const PathRecord& record) const;
+
+    void resolveMean(const AovDescriptor& aov, int slot, std::size_t pixel, float* out) const;
+    void resolveVariance(std::size_t pixel, float* out) const;
+    std::uint32_t count(const AovDescriptor& aov, std::size_t pixel) const;
+    template <class T>
+    void resolveRows(int aovIndex, int firstRow, int rowCount, T* out) const;
+};
+
+Film::Impl::Impl(const FilmRequest& request) : window(request.window) {
+    bind("color");
+    for (const std::string& name : request.aovs) {
+        bind(name);
+    }
+    for (const AovDescriptor& aov : aovs) {
+        flags |= aov.recordFlags;
+    }
+    layOut();
+    if (request.keepPathSamples && request.samplesPerPixel > 0) {
+        extendedSamples = request.extendedPathSamples;
+        capacity = static_cast<std::size_t>(request.samplesPerPixel);
+        layout = pathSampleFields(extendedSamples);
+        flags |= kRecordFeatures | kRecordFirstHit;
+        flags |= extendedSamples ? kRecordExtended : 0U;
+    }
+    allocate();
+}
+
+void Film::Impl::bind(const std::string& name) {
+    const bool bound = std::any_of(aovs.begin(), aovs.end(),
+                                   [&](const AovDescriptor& aov) { return aov.name == name; });
+    std::optional<AovDescriptor> aov = findAov(name);
+    if (bound || !aov) {
+        return;
+    }
+    if ((aov->recordFlags & kRecordPrimvars) != 0) {
+        if (primvars.size() == kMaxPrimvarAovs) {
+            return;
+        }
+        aov->recordOffset += primvars.size() * sizeof(Float4);
+        primvars.push_back(name.substr(kPrimvarPrefix.size()));
+    }
+    aovs.push_back(std::move(*aov));
+}
+
+/// Gives every bound value an accumulator. Values that lie side by side in the record get
+/// neighbouring ones, so that add() is a few long loops whatever AOVs are bound.
+void Film::Impl::layOut() {
+    for (const AovDescriptor& aov : aovs) {
+        if (aov.reduction == AovReduction::kMean) {
+            means.add(aov.recordOffset, aov.width());
+        } else if (aov.reduction == AovReduction::kNearest) {
+            nearest.add(aov.recordOffset, aov.width());
+        }
+        hasVariance = hasVariance || aov.reduction == AovReduction::kVariance;
+        hasNonFinite = hasNonFinite ||
+                       (aov.reduction == AovReduction::kSum && aov.recordOffset != kNoRecordField);
+    }
+    means.finish();
+    nearest.finish();
+    hasNearest = nearest.size() > 0;
+    spreadSlot = 1 + means.size();
+    sumStride = spreadSlot + (hasVariance ? kSpreadSize : 0);
+    nonFiniteSlot = hasNearest ? 1 + nearest.size() : 0;
+    wordStride = nonFiniteSlot + (hasNonFinite ? 1 : 0);
+    for (const AovDescriptor& aov : aovs) {
+        const bool isMean = aov.reduction == AovReduction::kMean;
+        const bool isNearest = aov.reduction == AovReduction::kNearest;
+        slots.push_back(isMean      ? 1 + means.slot(aov.recordOffset)
+                        : isNearest ? 1 + nearest.slot(aov.recordOffset)
+                                    : 0);
+    }
+}
+
+void Film::Impl::allocate() {
+    sums.emplace(pixelCount() * static_cast<std::size_t>(sumStride));
+    words.emplace(pixelCount() * static_cast<std::size_t>(wordStride));
+    counts.emplace(pixelCount());
+    if (capacity > 0) {
+        samples.emplace(pixelCount() * capacity * layout.size());
+    }
+}
+
+Film::Film(const FilmRequest& request) : impl_(std::make_unique<Impl>(request)) {}
+
+Film::~Film() = default;
+
+const ImageWindow& Film::window() const {
+    return impl_->window;
+}
+
+std::uint32_t Film::recordFlags() const {
+    return impl_->flags;
+}
+
+const std::vector<std::string>& Film::primvars() const {
+    return impl_->primvars;
+}
+
+const std::vector<AovDescriptor>& Film::aovs() const {
+    return impl_->aovs;
+}
+
+/// Ids and depths follow the sample nearest the pixel centre, the earlier one of two as near.
+void Film::Impl::addNearest(std::uint32_t* pixelWords, bool first, const PathRecord& record) const {
+    const float dx = record.subpixel.x - 0.5F;
+    const float dy = record.subpixel.y - 0.5F;
+    const float distance = dx * dx + dy * dy;
+    float nearestYet = 0.0F;
+    std::memcpy(&nearestYet, pixelWords, kWord);
+    if (!first && !(distance < nearestYet)) {
+        return;
+    }
+    std::memcpy(pixelWords, &distance, kWord);
+    std::uint32_t* out = pixelWords + 1;
+    const auto* bytes = reinterpret_cast<const unsigned char*>(&record);
+    for (const Run& run : nearest.runs()) {
+        std::memcpy(out, bytes + run.word * kWord, static_cast<std::size_t>(run.count) * kWord);
+        out += run.count;
+    }
+}
+
+/// Stores the path in the order of pathSampleFields().
+void Film::Impl::keep(std::size_t pixel, std::uint32_t index, const PathRecord& record) {
+    float* out = samples->data() + (pixel * capacity + index) * layout.size();
+    *out++ = record.radiance.x;
+    *out++ = record.radiance.y;
+    *out++ = record.radiance.z;
+    *out++ = record.alpha;
+    *out++ = record.distance;
+    *out++ = record.subpixel.x;
+    *out++ = record.subpixel.y;
+    *out++ = static_cast<float>(record.validMask());
+    std::memcpy(out, &record.features, sizeof(record.features));
+    out += kFeatureFloats;
+    if (!extendedSamples) {
+        return;
+    }
+    for (const VertexExtended& vertex : record.extended) {
+        *out++ = vertex.roughness;
+        *out++ = vertex.distance;
+        *out++ = vertex.throughput.x;
+        *out++ = vertex.throughput.y;
+        *out++ = vertex.throughput.z;
+        *out++ = static_cast<float>(vertex.event);
+    }
+}
+
+void Film::add(int x, int y, const PathRecord& record) {
+    Impl& impl = *impl_;
+    const std::size_t pixel = impl.pixelIndex(x, y);
+    std::uint32_t& count = impl.counts->data()[pixel];
+    double* const sums = impl.sums->data() + pixel * static_cast<std::size_t>(impl.sumStride);
+    std::uint32_t* const words =
+        impl.words->data() + pixel * static_cast<std::size_t>(impl.wordStride);
+    if (count == 0) {
+        // clear() only resets the counts, so that a restart does not touch the whole film.
+        std::memset(sums, 0, static_cast<std::size_t>(impl.sumStride) * sizeof(double));
+        std::memset(words, 0, static_cast<std::size_t>(impl.wordStride) * sizeof(std::uint32_t));
+    }
+
+    const double weight = record.filterWeight;
+    const auto* const values = reinterpret_cast<const float*>(&record);
+    sums[0] += weight;
+    double* __restrict out = sums + 1;
+    for (const Run& run : impl.means.runs()) {
+        const float* __restrict in = values + run.word;
+        for (int i = 0; i < run.count; ++i) {
+            out[i] += weight * static_cast<double>(in[i]);
+        }
+        out += run.count;
+    }
+    if (impl.hasVariance) {
+        addToSpread(sums + impl.spreadSlot, record.radiance, weight);
+    }
+    if (impl.hasNearest) {
+        impl.addNearest(words, count == 0, record);
+    }
+    if (impl.hasNonFinite) {
+        words[impl.nonFiniteSlot] += record.nonFinite ? 1U : 0U;
+    }
+    if (count < impl.capacity) {
+        impl.keep(pixel, count, record);
+    }
+    ++count;
+}
+
+void Film::clear() {
+    Impl& impl = *impl_;
+    std::uint32_t* const counts = impl.counts->data();
+    if (impl.samples) {
+        const std::size_t block = impl.capacity * impl.layout.size();
+        for (std::size_t pixel = 0; pixel < impl.pixelCount(); ++pixel) {
+            if (counts[pixel] > 0) {
+                std::memset(impl.samples->data() + pixel * block, 0, block * sizeof(float));
+            }
+        }
+    }
+    std::memset(counts, 0, impl.counts->bytes());
+}
+
+std::uint32_t Film::sampleCount(int x, int y) const {
+    return impl_->counts->data()[impl_->pixelIndex(x, y)];
+}
+
+void Film::Impl::resolveMean(const AovDescriptor& aov, int slot, std::size_t pixel,
+                             float* out) const {
+    const double* const pixelSums = sums->data() + pixel * static_cast<std::size_t>(sumStride);
+    // Filters with negative lobes can cancel while samples are few: then the plain mean is the
+    // better estimate.
+    const double total = pixelSums[0] != 0.0 ? pixelSums[0] : counts->data()[pixel];
+    for (int c = 0; c < aov.width(); ++c) {
+        out[c] = static_cast<float>(pixelSums[slot + c] / total);
+    }
+}
+
+/// Variance of the ratio sum w x / sum w by linearisation, n / (n - 1) sum w^2 (x - m)^2 / (sum
+/// w)^2: with equal weights the unbiased s^2 / n.
+void Film::Impl::resolveVariance(std::size_t pixel, float* out) const {
+    const double* const pixelSums = sums->data() + pixel * static_cast<std::size_t>(sumStride);
+    const double n = counts->data()[pixel];
+    const double total = pixelSums[0];
+    if (n < 2.0 || total == 0.0) {
+        std::fill(out, out + 3, 0.0F);
+        return;
+    }
+    const Spread spread = readSpread(pixelSums + spreadSlot);
+    const int colorSlot = 1 + means.slot(aovs.front().recordOffset);
+    for (int c = 0; c < 3; ++c) {
+        const double shift = spread.mean[c] - pixelSums[colorSlot + c] / total;
+        const double squares = spread.squares[c] + spread.weight * shift * shift;
+        out[c] = static_cast<float>(n / (n - 1.0) * squares / (total * total));
+    }
+}
+
+std::uint32_t Film::Impl::count(const AovDescriptor& aov, std::size_t pixel) const {
+    if (aov.recordOffset == kNoRecordField) {
+        return counts->data()[pixel];
+    }
+    return words->data()[pixel * static_cast<std::size_t>(wordStride) +
+                         static_cast<std::size_t>(nonFiniteSlot)];
+}
+
+template <class T>
+void Film::Impl::resolveRows(int aovIndex, int firstRow, int rowCount, T* out) const {
+    const AovDescriptor& aov = aovs[static_cast<std::size_t>(aovIndex)];
+    const int slot = slots[static_cast<std::size_t>(aovIndex)];
+    const int width = aov.width();
+    const auto convert = [](auto value) {
+        if constexpr (std::is_same_v<T, float> || std::is_integral_v<decltype(value)>) {
+            return static_cast<T>(value);
+        } else {
+            return toInt(value);
+        }
+    };
+    const std::size_t columns = static_cast<std::size_t>(window.data.width);
+    const std::size_t first = static_cast<std::size_t>(firstRow) * columns;
+    const std::size_t last = first + static_cast<std::size_t>(rowCount) * columns;
+    std::vector<float> values(static_cast<std::size_t>(width));
+    for (std::size_t pixel = first; pixel < last; ++pixel, out += width) {
+        if (counts->data()[pixel] == 0) {
+            std::fill(out, out + width, convert(aov.clearValue));
+            continue;
+        }
+        if (aov.reduction == AovReduction::kSum) {
+            *out = static_cast<T>(count(aov, pixel));
+            continue;
+        }
+        if (aov.reduction == AovReduction::kMean) {
+            resolveMean(aov, slot, pixel, values.data());
+        } else if (aov.reduction == AovReduction::kVariance) {
+            resolveVariance(pixel, values.data());
+        } else {
+            const std::uint32_t* const in =
+                words->data() + pixel * static_cast<std::size_t>(wordStride) + slot;
+            if (aov.type == AovType::kInt) {
+                for (int c = 0; c < width; ++c) {
+                    out[c] = convert(static_cast<std::int32_t>(in[c]));
+                }
+                continue;
+            }
+            std::memcpy(values.data(), in, values.size() * sizeof(float));
+        }
+        std::transform(values.begin(), values.end(), out, convert);
+    }
+}
+
+void Film::resolve(int aovIndex, float* out) const {
+    resolveRows(aovIndex, 0, impl_->window.data.height, out);
+}
+
+void Film::resolveInt(int aovIndex, std::int32_t* out) const {
+    resolveRowsInt(aovIndex, 0, impl_->window.data.height, out);
+}
+
+void Film::resolveRows(int aovIndex, int firstRow, int rowCount, float* out) const {
+    impl_->resolveRows(aovIndex, firstRow, rowCount, out);
+}
+
+void Film::resolveRowsInt(int aovIndex, int firstRow, int rowCount, std::int32_t* out) const {
+    impl_->resolveRows(aovIndex, firstRow, rowCount, out);
+}
+
+int Film::findBound(const std::string& name) const {
+    for (std::size_t i = 0; i < impl_->aovs.size(); ++i) {
+        if (impl_->aovs[i].name == name) {
+            return static_cast<int>(i);
+        }
+    }
+    return -1;
+}
+
+const float* Film::pathSamples() const {
+    return impl_->samples ? impl_->samples->data() : nullptr;
+}
+
+int Film::pathSampleCapacity() const {
+    return static_cast<int>(impl_->capacity);
+}
+
+const std::vector<PathSampleField>& Film::pathSampleLayout() const {
+    return impl_->layout;
+}
+
+std::size_t Film::bytes() const {
+    return impl_->sums->bytes() + impl_->words->bytes() + impl_->counts->bytes() +
+           (impl_->samples ? impl_->samples->bytes() : 0);
+}
+
+} // namespace mbfeat
