@@ -28,4 +28,4 @@ struct Bounds {
     float radius() const { return empty() ? 0.0F : length(upper - lower) * 0.5F; }
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -7,8 +7,8 @@
 
 namespace mbfeat {
 
-/// Uniform on the unit disc, concentric map (Shirley and Chiu 1997): low distortion, no trigonometry
-/// of the radius. The centre of the square maps to the centre of the disc.
+/// Uniform on the unit disc, concentric map (Shirley and Chiu 1997): low distortion, no
+/// trigonometry of the radius. The centre of the square maps to the centre of the disc.
 template <class T>
 Vec2<T> concentricDisk(Vec2<T> u) {
     const T a = fma(T(2), u.x, T(-1));
@@ -86,4 +86,4 @@ T uniformTrianglePdf(T area) {
     return T(1) / area;
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -34,8 +34,8 @@ namespace mbfeat {
 struct EmissiveTriangle {
     Float3 p0{0.0F}, p1{0.0F}, p2{0.0F};
     Rgb radiance{0.0F};
-    bool doubleSided = true;   ///< else emits on the side of cross(p1 - p0, p2 - p0) only
-    std::uint32_t userId = 0;  ///< the caller's name for it, unique in the list
+    bool doubleSided = true;  ///< else emits on the side of cross(p1 - p0, p2 - p0) only
+    std::uint32_t userId = 0; ///< the caller's name for it, unique in the list
 };
 
 /// The point to be lit. With twoSided light may arrive from both sides of the surface.
@@ -49,17 +49,17 @@ inline constexpr std::uint32_t kNoLight = 0xFFFFFFFFU;
 
 /// A direction towards a light. pdf == 0 means that there is no light to be had: skip it.
 struct LightSample {
-    Float3 wi{0.0F, 0.0F, 1.0F};  ///< unit, from the receiver to the light
-    float distance = 0.0F;        ///< to `point`; infinity for environments
+    Float3 wi{0.0F, 0.0F, 1.0F}; ///< unit, from the receiver to the light
+    float distance = 0.0F;       ///< to `point`; infinity for environments
     /// Radiance that arrives along wi, unoccluded, multipliers left out. For a delta light the
     /// irradiance on a surface facing it, so that radiance x bsdf x cosine / pdf is right for all.
     Rgb radiance{0.0F};
-    float pdf = 0.0F;    ///< per solid angle, with the choice of light; delta: of the choice alone
-    bool delta = false;  ///< no other strategy can sample it: no MIS
-    float diffuse = 1.0F, specular = 1.0F;  ///< multipliers for light at diffuse, specular lobes
-    std::uint32_t light = kNoLight;         ///< index of the light; kNoLight for a triangle
-    std::uint32_t triangle = kNoLight;      ///< userId of the emissive triangle, if it is one
-    float b1 = 0.0F, b2 = 0.0F;             ///< barycentric weights of its corners 1 and 2
+    float pdf = 0.0F;   ///< per solid angle, with the choice of light; delta: of the choice alone
+    bool delta = false; ///< no other strategy can sample it: no MIS
+    float diffuse = 1.0F, specular = 1.0F; ///< multipliers for light at diffuse, specular lobes
+    std::uint32_t light = kNoLight;        ///< index of the light; kNoLight for a triangle
+    std::uint32_t triangle = kNoLight;     ///< userId of the emissive triangle, if it is one
+    float b1 = 0.0F, b2 = 0.0F;            ///< barycentric weights of its corners 1 and 2
     /// The sampled point, for shadow rays that end before the light (core/rayOffset.h). Not set
     /// for environments; normal is zero for a delta position, which needs no offset.
     Float3 point{0.0F}, pointError{0.0F}, normal{0.0F};
@@ -67,8 +67,8 @@ struct LightSample {
 
 /// What a ray that met a light shape sees.
 struct LightHit {
-    Rgb radiance{0.0F};  ///< towards the ray's origin; zero on sides that do not emit
-    float pdf = 0.0F;    ///< density with which sample() would have found it from the receiver
+    Rgb radiance{0.0F}; ///< towards the ray's origin; zero on sides that do not emit
+    float pdf = 0.0F;   ///< density with which sample() would have found it from the receiver
     Float3 point{0.0F}, normal{0.0F};
 };
 
@@ -135,4 +135,4 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

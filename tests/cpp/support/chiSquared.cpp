@@ -14,16 +14,18 @@ namespace {
 constexpr double kTwoPiExact = 6.283185307179586476925;
 
 /// Level of one test so that kMaxTests of them raise kFalseAlarmRate together (Sidak 1967).
-double testLevel() { return 1.0 - std::pow(1.0 - kFalseAlarmRate, 1.0 / kMaxTests); }
+double testLevel() {
+    return 1.0 - std::pow(1.0 - kFalseAlarmRate, 1.0 / kMaxTests);
+}
 
 /// Two-point Gauss-Legendre product rule on a rectangle.
 double gaussCell(const std::function<double(double, double)>& f, double x0, double x1, double y0,
                  double y1) {
-    constexpr double kNode = 0.577350269189625764509;  // 1 / sqrt(3)
+    constexpr double kNode = 0.577350269189625764509; // 1 / sqrt(3)
     const double cx = 0.5 * (x0 + x1), hx = 0.5 * (x1 - x0) * kNode;
     const double cy = 0.5 * (y0 + y1), hy = 0.5 * (y1 - y0) * kNode;
-    const double sum = f(cx - hx, cy - hy) + f(cx + hx, cy - hy) + f(cx - hx, cy + hy) +
-                       f(cx + hx, cy + hy);
+    const double sum =
+        f(cx - hx, cy - hy) + f(cx + hx, cy - hy) + f(cx - hx, cy + hy) + f(cx + hx, cy + hy);
     return 0.25 * sum * (x1 - x0) * (y1 - y0);
 }
 
@@ -45,8 +47,8 @@ double refine(const std::function<double(double, double)>& f, double x0, double 
 }
 
 /// Integral over one bin. Starts from a grid, so that small features are not missed.
-double integrateBin(const std::function<double(double, double)>& f, double x0, double x1,
-                    double y0, double y1, double tolerance, int grid, int depth) {
+double integrateBin(const std::function<double(double, double)>& f, double x0, double x1, double y0,
+                    double y1, double tolerance, int grid, int depth) {
     double sum = 0.0;
     for (int j = 0; j < grid; ++j) {
         for (int i = 0; i < grid; ++i) {
@@ -98,7 +100,7 @@ Float3 sphereDirection(const Frame<double>& frame, double z, double phi) {
     return Float3(frame.toWorld({r * std::cos(phi), r * std::sin(phi), z}));
 }
 
-}  // namespace
+} // namespace
 
 std::uint64_t TestRandom::bits() {
     state_ += 0x9E3779B97F4A7C15ULL;
@@ -156,10 +158,11 @@ ChiSquaredResult chiSquaredTest(const std::vector<double>& observed,
     return result;
 }
 
-ChiSquaredResult chiSquaredPlane(
-    const BinnedDomain& domain,
-    const std::function<std::optional<Vec2<double>>(TestRandom&)>& sample,
-    const std::function<double(double, double)>& density, int samples, std::uint64_t seed) {
+ChiSquaredResult
+chiSquaredPlane(const BinnedDomain& domain,
+                const std::function<std::optional<Vec2<double>>(TestRandom&)>& sample,
+                const std::function<double(double, double)>& density, int samples,
+                std::uint64_t seed) {
     const std::size_t bins = static_cast<std::size_t>(domain.xBins) * domain.yBins;
     std::vector<double> observed(bins + 1, 0.0), expected(bins + 1, 0.0);
     const double width = domain.xMax - domain.xMin, height = domain.yMax - domain.yMin;
@@ -193,10 +196,10 @@ ChiSquaredResult chiSquaredPlane(
     return chiSquaredTest(observed, expected);
 }
 
-ChiSquaredResult chiSquaredCap(
-    const std::function<std::optional<Float3>(TestRandom&)>& sample,
-    const std::function<double(const Float3&)>& density, const Float3& axis, double cosMin,
-    int cosThetaBins, int phiBins, int samples, std::uint64_t seed) {
+ChiSquaredResult chiSquaredCap(const std::function<std::optional<Float3>(TestRandom&)>& sample,
+                               const std::function<double(const Float3&)>& density,
+                               const Float3& axis, double cosMin, int cosThetaBins, int phiBins,
+                               int samples, std::uint64_t seed) {
     const auto frame = Frame<double>::fromNormal(normalize(Vec3<double>(axis)));
     // cos(theta) x phi has the area of the sphere (Archimedes), so densities carry over. The polar
     // variable is 1 - cos(theta), which is exact near the axis.
@@ -238,4 +241,4 @@ double integrateSphere(const std::function<double(const Float3&)>& f, const Floa
                        -1.0, 1.0, 0.0, kTwoPiExact, tolerance, startCells);
 }
 
-}  // namespace mbfeat::test
+} // namespace mbfeat::test

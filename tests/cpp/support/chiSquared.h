@@ -41,7 +41,7 @@ struct ChiSquaredResult {
     int degreesOfFreedom = 0;
     double pValue = 1.0;
     bool passed = false;
-    std::string message;  ///< for INFO() or MESSAGE()
+    std::string message; ///< for INFO() or MESSAGE()
 };
 
 /// Probability that a chi-squared variable of k degrees of freedom is at least x.
@@ -61,25 +61,25 @@ struct BinnedDomain {
 /// Tests a sampler on a rectangle. `sample` returns a point, or nothing where the sampler rejects;
 /// what it rejects, and what falls outside, is compared with one minus the integral of `density`
 /// (per unit area of the rectangle). The integral is adaptive: densities may jump.
-ChiSquaredResult chiSquaredPlane(
-    const BinnedDomain& domain,
-    const std::function<std::optional<Vec2<double>>(TestRandom&)>& sample,
-    const std::function<double(double, double)>& density, int samples = 400000,
-    std::uint64_t seed = 1);
+ChiSquaredResult
+chiSquaredPlane(const BinnedDomain& domain,
+                const std::function<std::optional<Vec2<double>>(TestRandom&)>& sample,
+                const std::function<double(double, double)>& density, int samples = 400000,
+                std::uint64_t seed = 1);
 
 /// Tests a sampler of unit directions whose density is per solid angle, on cos(theta) x phi bins
 /// about the given axis (put it where the density is smooth or aligned with it).
-ChiSquaredResult chiSquaredSphere(
-    const std::function<std::optional<Float3>(TestRandom&)>& sample,
-    const std::function<double(const Float3&)>& density, const Float3& axis = {0.0F, 0.0F, 1.0F},
-    int cosThetaBins = 40, int phiBins = 40, int samples = 400000, std::uint64_t seed = 1);
+ChiSquaredResult chiSquaredSphere(const std::function<std::optional<Float3>(TestRandom&)>& sample,
+                                  const std::function<double(const Float3&)>& density,
+                                  const Float3& axis = {0.0F, 0.0F, 1.0F}, int cosThetaBins = 40,
+                                  int phiBins = 40, int samples = 400000, std::uint64_t seed = 1);
 
 /// The same on a cap: directions within acos(cosMin) of the axis. For densities so narrow that
 /// bins of the whole sphere would not see them.
-ChiSquaredResult chiSquaredCap(
-    const std::function<std::optional<Float3>(TestRandom&)>& sample,
-    const std::function<double(const Float3&)>& density, const Float3& axis, double cosMin,
-    int cosThetaBins = 40, int phiBins = 40, int samples = 400000, std::uint64_t seed = 1);
+ChiSquaredResult chiSquaredCap(const std::function<std::optional<Float3>(TestRandom&)>& sample,
+                               const std::function<double(const Float3&)>& density,
+                               const Float3& axis, double cosMin, int cosThetaBins = 40,
+                               int phiBins = 40, int samples = 400000, std::uint64_t seed = 1);
 
 /// Adaptive integral of f over the rectangle, for "the pdf integrates to 1".
 double integrate2D(const std::function<double(double, double)>& f, double xMin, double xMax,
@@ -90,4 +90,4 @@ double integrateSphere(const std::function<double(const Float3&)>& f,
                        const Float3& axis = {0.0F, 0.0F, 1.0F}, double tolerance = 1e-4,
                        int startCells = 32);
 
-}  // namespace mbfeat::test
+} // namespace mbfeat::test
