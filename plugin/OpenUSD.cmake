@@ -25,11 +25,10 @@ if(MBFEAT_USD_ROOT AND EXISTS "${MBFEAT_USD_ROOT}/lib/libusd_ms.so"
     target_include_directories(mbfeat_usd INTERFACE "${PROJECT_SOURCE_DIR}/hdmbfeat/hydra")
     target_include_directories(mbfeat_usd SYSTEM INTERFACE "${MBFEAT_USD_ROOT}/include")
     # The base headers open one internal namespace, the runtime was built with another.
-    # PXR_PYTHON_SUPPORT_ENABLED must hold in every file, as it did in the runtime. TfHashMap rests
-    # on GCC's old hash_map, which warns of its age, also from a system header, unless permitted.
+    # PXR_PYTHON_SUPPORT_ENABLED must hold in every file, as it did in the runtime.
     target_compile_definitions(mbfeat_usd INTERFACE
         pxrInternal_v0_25_8__pxrReserved__=pxrBlender_v25_08__pxrReserved__
-        PXR_PYTHON_SUPPORT_ENABLED _GLIBCXX_PERMIT_BACKWARD_HASH
+        PXR_PYTHON_SUPPORT_ENABLED
         MFB_PACKAGE_NAME=hdMBFeat MFB_ALT_PACKAGE_NAME=hdMBFeat MFB_PACKAGE_MODULE=HdMBFeat)
     target_link_libraries(mbfeat_usd INTERFACE
         Python::Module "${MBFEAT_USD_ROOT}/lib/libusd_ms.so" TBB::tbb)
@@ -61,7 +60,7 @@ set(MBFEAT_USD_KIND SDK)
 add_library(mbfeat_usd INTERFACE)
 target_include_directories(mbfeat_usd SYSTEM INTERFACE ${PXR_INCLUDE_DIRS})
 target_compile_definitions(mbfeat_usd INTERFACE
-    _GLIBCXX_PERMIT_BACKWARD_HASH
+   
     MFB_PACKAGE_NAME=hdMBFeat MFB_ALT_PACKAGE_NAME=hdMBFeat MFB_PACKAGE_MODULE=HdMBFeat)
 target_compile_options(mbfeat_usd INTERFACE -Wno-cpp)
 target_link_libraries(mbfeat_usd INTERFACE hd hdsi hf hio usdImaging cameraUtil TBB::tbb)
