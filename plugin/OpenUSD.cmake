@@ -60,7 +60,6 @@ set(MBFEAT_USD_KIND SDK)
 add_library(mbfeat_usd INTERFACE)
 target_include_directories(mbfeat_usd SYSTEM INTERFACE ${PXR_INCLUDE_DIRS})
 target_compile_definitions(mbfeat_usd INTERFACE
-   
     MFB_PACKAGE_NAME=hdMBFeat MFB_ALT_PACKAGE_NAME=hdMBFeat MFB_PACKAGE_MODULE=HdMBFeat)
 target_compile_options(mbfeat_usd INTERFACE -Wno-cpp)
 target_link_libraries(mbfeat_usd INTERFACE hd hdsi hf hio usdImaging cameraUtil TBB::tbb)
