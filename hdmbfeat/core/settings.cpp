@@ -25,9 +25,9 @@ constexpr std::string_view kEnvironmentPrefix = "MBFEAT_";
 constexpr double kLargestInteger = 9007199254740991.0;
 
 // Variables of that prefix that say where things lie; they are no settings.
-constexpr std::array<std::string_view, 7> kOtherVariables = {
-    "MBFEAT_USD_ROOT",  "MBFEAT_OCIO_DIR", "MBFEAT_BUILD_DIR", "MBFEAT_PXR",
-    "MBFEAT_BPY_WHEEL", "MBFEAT_PYTHON",   "MBFEAT_ARCH",
+constexpr std::array<std::string_view, 9> kOtherVariables = {
+    "MBFEAT_USD_ROOT",  "MBFEAT_OCIO_DIR", "MBFEAT_OCIO_CONFIG", "MBFEAT_BUILD_DIR",  "MBFEAT_PXR",
+    "MBFEAT_BPY_WHEEL", "MBFEAT_PYTHON",   "MBFEAT_ARCH",        "MBFEAT_SKIP_BUILD",
 };
 
 SettingDescriptor makeInteger(std::string name, std::string label, std::int64_t defaultValue,

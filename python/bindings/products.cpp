@@ -1,0 +1,103 @@
+// Products and reports: writing files, and checking them.
+#include "film/product.h"
+
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include "bindings.h"
+
+namespace mbfeat {
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace {
+
+std::vector<std::string> problems(const ProductSpec& product) {
+    std::vector<std::string> texts;
+    for (const Error& error : validateProduct(product)) {
+        texts.push_back(error.subject + ": " + error.text);
+    }
+    return texts;
+}
+
+void write(const ProductSpec& product, const FilmHandle& handle, const RenderReport& report) {
+    Status status;
+    {
+        const nb::gil_scoped_release release;
+        status = writeProduct(product, *handle.film, report);
+    }
+    check(status);
+}
+
+void bindReport(nb::module_& module) {
+    nb::class_<RenderReport>(module, "RenderReport", "What a render was and did.")
+        .def(nb::init<>())
+        .def_ro("frame", &RenderReport::frame)
+        .def_ro("samples_per_pixel", &RenderReport::samplesPerPixel)
+        .def_ro("seconds", &RenderReport::seconds)
+        .def_ro("written", &RenderReport::written)
+        .def_ro("errors", &RenderReport::errors)
+        .def_ro("warnings", &RenderReport::warnings)
+        .def_ro("interrupted", &RenderReport::interrupted)
+        .def_prop_ro("total_seconds", &RenderReport::totalSeconds)
+        .def_prop_ro("effects", [](const RenderReport& r) { return r.census.present; })
+        .def_prop_ro("triangles", [](const RenderReport& r) { return r.census.triangles; })
+        .def_prop_ro("instances", [](const RenderReport& r) { return r.census.instances; })
+        .def_prop_ro("lights", [](const RenderReport& r) { return r.census.lights; })
+        .def_prop_ro("paths", [](const RenderReport& r) { return r.trace.paths; })
+        .def_prop_ro("rays",
+                     [](const RenderReport& r) { return r.trace.rays + r.trace.shadowRays; })
+        .def_prop_ro("non_finite", [](const RenderReport& r) { return r.trace.nonFinite; })
+        .def("json", &RenderReport::json)
+        .def("header_attributes", &RenderReport::headerAttributes);
+}
+
+} // namespace
+
+void bindProducts(nb::module_& module) {
+    bindReport(module);
+    nb::enum_<PixelType>(module, "PixelType")
+        .value("HALF", PixelType::kHalf)
+        .value("FLOAT", PixelType::kFloat)
+        .value("UINT", PixelType::kUInt);
+
+    nb::class_<ProductLayer>(module, "ProductLayer", "One RenderVar of a product.")
+        .def(
+            "__init__",
+            [](ProductLayer* self, std::string aov, std::string layer, PixelType pixelType) {
+                new (self) ProductLayer{std::move(aov), std::move(layer), pixelType};
+            },
+            "aov"_a, "layer"_a = "", "pixel_type"_a = PixelType::kFloat)
+        .def_rw("aov", &ProductLayer::aov)
+        .def_rw("layer", &ProductLayer::layer)
+        .def_rw("pixel_type", &ProductLayer::pixelType);
+
+    nb::class_<ProductSpec>(module, "ProductSpec", "What goes into a file.")
+        .def(
+            "__init__",
+            [](ProductSpec* self, std::string path, std::vector<ProductLayer> layers, bool deep) {
+                new (self) ProductSpec{};
+                self->path = std::move(path);
+                self->layers = std::move(layers);
+                self->deep = deep;
+            },
+            "path"_a, "layers"_a = std::vector<ProductLayer>(), "deep"_a = false)
+        .def_rw("path", &ProductSpec::path)
+        .def_rw("prim_path", &ProductSpec::primPath)
+        .def_rw("deep", &ProductSpec::deep)
+        .def_rw("layers", &ProductSpec::layers)
+        .def_rw("compression", &ProductSpec::compression)
+        .def_rw("multi_part", &ProductSpec::multiPart)
+        .def_rw("attributes", &ProductSpec::attributes);
+
+    module.def("validate_product", &problems, "product"_a,
+               "What is wrong with a product, each naming prim or file.");
+    module.def("write_product", &write, "product"_a, "film"_a, "report"_a,
+               "Writes the file beside its target and renames it; Error when it cannot.");
+    module.def("check_product_file", &checkProductFile, "path"_a,
+               "What differs between the file's channels and the AOV table; empty: nothing.");
+}
+
+} // namespace mbfeat
