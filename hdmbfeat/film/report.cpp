@@ -1,0 +1,124 @@
+#include "film/report.h"
+
+#include <algorithm>
+#include <variant>
+
+#include "film/json.h"
+
+namespace mbfeat {
+
+namespace {
+
+using Attributes = std::vector<std::pair<std::string, std::string>>;
+
+std::string join(const std::vector<std::string>& texts) {
+    std::string joined;
+    for (const std::string& text : texts) {
+        joined += (joined.empty() ? "" : ", ") + text;
+    }
+    return joined.empty() ? "none" : joined;
+}
+
+void writeSettings(JsonWriter& json, const std::vector<Settings::Resolved>& settings) {
+    json.key("settings").beginObject();
+    for (const Settings::Resolved& setting : settings) {
+        json.key(setting.name).beginObject().key("value");
+        std::visit([&](const auto& value) { json.value(value); }, setting.value);
+        json.key("source").value(settingSourceName(setting.source)).endObject();
+    }
+    json.endObject();
+}
+
+void writeScene(JsonWriter& json, const EffectCensus& census) {
+    json.key("effects").beginObject();
+    json.key("present").value(census.present);
+    json.key("absent").value(census.absent).endObject();
+    json.key("scene").beginObject();
+    json.key("triangles").value(static_cast<std::uint64_t>(census.triangles));
+    json.key("instances").value(static_cast<std::uint64_t>(census.instances));
+    json.key("lights").value(static_cast<std::uint64_t>(census.lights));
+    json.key("textureBytes").value(static_cast<std::uint64_t>(census.textureBytes)).endObject();
+}
+
+void writeTrace(JsonWriter& json, const TraceStatistics& trace) {
+    json.key("trace").beginObject();
+    json.key("paths").value(trace.paths);
+    json.key("rays").value(trace.rays);
+    json.key("shadowRays").value(trace.shadowRays);
+    json.key("nonFinite").value(trace.nonFinite).endObject();
+}
+
+} // namespace
+
+double RenderReport::totalSeconds() const {
+    double total = 0.0;
+    for (const auto& [phase, duration] : seconds) {
+        total += duration;
+    }
+    return total;
+}
+
+std::string RenderReport::json() const {
+    JsonWriter json;
+    json.beginObject();
+    json.key("version").value(version);
+    json.key("stage").value(stage);
+    json.key("frame").value(frame);
+    json.key("samplesPerPixel").value(samplesPerPixel);
+    json.key("interrupted").value(interrupted);
+    writeSettings(json, settings);
+    writeScene(json, census);
+    writeTrace(json, trace);
+    json.key("seconds").beginArray();
+    for (const auto& [phase, duration] : seconds) {
+        json.beginObject().key("phase").value(phase);
+        json.key("seconds").value(duration).endObject();
+    }
+    json.endArray();
+    json.key("totalSeconds").value(totalSeconds());
+    json.key("written").value(written);
+    json.key("errors").value(errors);
+    json.key("warnings").value(warnings);
+    json.endObject();
+    return json.text();
+}
+
+Attributes RenderReport::headerAttributes() const {
+    Attributes attributes;
+    const auto add = [&](const std::string& name, std::string value) {
+        attributes.emplace_back("mbfeat:" + name, std::move(value));
+    };
+    add("version", version);
+    if (!stage.empty()) {
+        add("stage", stage);
+    }
+    add("frame", std::to_string(frame));
+    const auto seed =
+        std::find_if(settings.begin(), settings.end(), [](const Settings::Resolved& setting) {
+            return setting.name == "mbfeat:seed";
+        });
+    if (seed != settings.end()) {
+        add("seed", toString(seed->value));
+    }
+    add("samplesPerPixel", std::to_string(samplesPerPixel));
+    add("effects", join(census.present));
+    add("effectsAbsent", join(census.absent));
+    add("renderSeconds", toText(totalSeconds()));
+    std::vector<std::string> phases;
+    for (const auto& [phase, duration] : seconds) {
+        phases.push_back(phase + " " + toText(duration));
+    }
+    add("phaseSeconds", join(phases));
+    add("nonFiniteSamples", std::to_string(trace.nonFinite));
+    if (interrupted) {
+        add("interrupted", "The render was stopped before all samples were taken.");
+    }
+    for (const Settings::Resolved& setting : settings) {
+        const std::size_t colon = setting.name.find(':');
+        add("setting:" + setting.name.substr(colon == std::string::npos ? 0 : colon + 1),
+            toString(setting.value) + " (" + settingSourceName(setting.source) + ")");
+    }
+    return attributes;
+}
+
+} // namespace mbfeat
