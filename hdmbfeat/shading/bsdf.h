@@ -15,7 +15,7 @@ struct SurfaceParameters {
     Vec3<T> diffuseColor{T(0.18F)};
     Vec3<T> emission{T(0)};
     Vec3<T> specularColor{T(0)};  ///< F0 of the specular workflow
-    Mask<T> useSpecularWorkflow{false};
+    Mask<T> useSpecularWorkflow = Mask<T>(false);
     T metallic{T(0)};
     T roughness{T(0.5F)};
     T clearcoat{T(0)};
@@ -40,20 +40,15 @@ struct BsdfSample {
     Vec3<T> wi{T(0), T(0), T(1)};
     Vec3<T> weight{T(0)};  ///< f |cos| / pdf of the whole mixture; of the lobe alone if delta
     T pdf{T(0)};           ///< solid angle density; 0: absorbed. Of a delta lobe: its probability
-    Mask<T> delta{false};
-    Mask<T> transmitted{false};
-    Mask<T> diffuse{false};
+    Mask<T> delta = Mask<T>(false);
+    Mask<T> transmitted = Mask<T>(false);
+    Mask<T> diffuse = Mask<T>(false);
     T roughness{T(0)};  ///< of the lobe sampled; 1 for diffuse
     T eta{T(1)};        ///< relative index crossed, for Russian roulette; 1 when reflected
     /// Colour of the delta lobe without Fresnel and choice (tint), for the first-non-delta features.
     Vec3<T> tint{T(1)};
 };
 
-// class Bsdf<T>: see shading/previewSurface.h once written by its author. Its interface is
-//   Bsdf(const SurfaceParameters<T>& p, Mask<T> entering)   entering: wo is on the outside
-//   BsdfValue<T>  evaluate(const Vec3<T>& wo, const Vec3<T>& wi) const
-//   BsdfSample<T> sample(const Vec3<T>& wo, T uLobe, Vec2<T> u) const
-//   Mask<T>       hasNonDelta() const
-//   Vec3<T>       albedo() const     the paper's albedo feature, 0..1
+// The closure itself, class Bsdf<T>, is in shading/previewSurface.h.
 
 }  // namespace mbfeat

@@ -1,0 +1,411 @@
+// The closure of UsdPreviewSurface 2.6.
+//
+// Layers, from the top:
+//   clearcoat   a GGX dielectric reflection of index ior, times the clearcoat weight c
+//   interface   a GGX reflection with Fresnel reflectance R, and through it
+//   base        opacity * Lambert diffuse + (1 - opacity) * refraction, both times 1 - metallic
+// With m = metallic, the interface is a blend of three reflectances at the half vector:
+//   R = m * diffuseColor + (1 - m) * (opacity * F_out + (1 - opacity) * F_dir)
+// F_out is the interface seen from outside (an opaque body has nothing behind it), F_dir the one
+// in the direction of the ray, with total internal reflection. Both are the exact dielectric
+// Fresnel term of ior; the specular workflow has m = 0 and Schlick's term from specularColor to
+// white, at the cosine on the thinner side. The specification interpolates F0 and F90 by metallic;
+// Schlick's term is linear in both, so this is the same blend with the exact term put in.
+//
+// Refraction carries (1 - m)(1 - opacity)(1 - F_dir) diffuseColor. The specification leaves the
+// colour of transmitted light open (the MaterialX graph has none): diffuseColor is its tint here,
+// once for each interface crossed, since nothing else in the model could colour glass. Clear
+// glass is authored with a white diffuseColor.
+//
+// Energy. The diffuse lobe is (1 - F(wo)) (1 - F(wi)) / (1 - F_average) times Lambert's, F the
+// outside reflectance made grazing by roughness (specularCosine()); it is reciprocal, never adds
+// to more than 1 with the reflection, and exactly Lambert's where ior = 1. The clearcoat takes
+// (1 - c F(w)) from what lies below for each direction that passes it. Rough lobes have single
+// scattering only and lose what the masked facets would have scattered further.
+// Reciprocity: f(wo, wi) = f(wi, wo) for every reflection, and f(wo, wi) = f'(wi, wo) / eta^2 for
+// refraction, f' being the closure on the other side; refraction is not reciprocal in the part
+// where a clearcoat lies on a material that is partly opaque (opacity strictly within 0..1).
+//
+// Lobes are chosen by their estimated contribution at wo. The interface then chooses a visible
+// normal h and, by the reflectance at h, reflects or refracts, so that glass has weights near 1.
+#pragma once
+
+#include "shading/bsdf.h"
+#include "shading/fresnel.h"
+#include "shading/microfacet.h"
+
+namespace mbfeat {
+
+/// A point of the cosine-weighted hemisphere with its density z / pi (Shirley & Chiu 1997,
+/// concentric mapping, then lifted). z > 0.
+template <class T>
+Vec3<T> sampleCosineHemisphere(const Vec2<T>& u) {
+    const T a = fma(T(2), u.x, T(-1));
+    const T b = fma(T(2), u.y, T(-1));
+    const Mask<T> wide = abs(a) > abs(b);
+    const T r = select(wide, a, b);
+    const T other = select(wide, b, a);
+    const T ratio = other / select(r == T(0), T(1), r);
+    const T quarter = T(0.25F * kPi) * ratio;
+    const T phi = select(wide, quarter, T(0.5F * kPi) - quarter);
+    const T radius = min(abs(r), T(kOneMinusEpsilon));
+    const T signedRadius = copysign(radius, r);
+    return {signedRadius * cos(phi), signedRadius * sin(phi),
+            sqrt((T(1) - radius) * (T(1) + radius))};
+}
+
+template <class T>
+class Bsdf {
+public:
+    /// `entering`: wo is on the outside, so that refraction goes from index 1 into ior. Inside
+    /// glass (a hit on the back of a face) it is false. Opaque surfaces look the same from both
+    /// sides. Parameters must be in range: opacity, metallic, ... in 0..1, ior positive.
+    Bsdf(const SurfaceParameters<T>& p, const Mask<T>& entering);
+
+    /// All lobes that are not deltas, at unit vectors wo (wo.z > 0) and wi (any).
+    BsdfValue<T> evaluate(const Vec3<T>& wo, const Vec3<T>& wi) const;
+
+    /// Draws wi. uLobe and u are in [0, 1).
+    BsdfSample<T> sample(const Vec3<T>& wo, const T& uLobe, const Vec2<T>& u) const;
+
+    /// True where evaluate() can be different from zero, so that light sampling makes sense.
+    Mask<T> hasNonDelta() const;
+
+    /// The albedo feature, 0..1: diffuseColor, which is the tint of glass and the
+    /// normal-incidence colour of metal too. The specular workflow puts specularColor over it.
+    Vec3<T> albedo() const;
+
+private:
+    /// What the interface reflects and lets through to refraction at a cosine to its normal.
+    struct Interface {
+        Vec3<T> reflected, refracted;
+    };
+    /// Probabilities of the three lobes; they add to 1.
+    struct LobeProbabilities {
+        T coat, diffuse, interface;
+    };
+
+    static T mean(const Vec3<T>& c) { return (c.x + c.y + c.z) * T(1.0F / 3.0F); }
+
+    Interface interfaceAt(const T& c) const;
+    Vec3<T> outsideReflectance(const T& c) const;
+    Vec3<T> diffuseTransmittance(const T& cosine) const;
+    T coatReflectance(const T& c) const { return coat_ * fresnelDielectric(outside_, c); }
+    T coatTransmittance(const Vec3<T>& wo, const Vec3<T>& wi) const;
+    LobeProbabilities probabilities(const Vec3<T>& wo) const;
+    T reflectProbability(const T& cosine) const;
+    BsdfValue<T> evaluate(const Vec3<T>& wo, const Vec3<T>& wi,
+                          const LobeProbabilities& choice) const;
+    void setDelta(const Vec3<T>& wo, const LobeProbabilities& choice, const Mask<T>& coat,
+                  const T& reflects, BsdfSample<T>& s) const;
+    T specularCosine(const T& cosine) const;
+    void addDiffuse(const Vec3<T>& wo, const Vec3<T>& wi, const T& probability,
+                    BsdfValue<T>& value) const;
+    void addReflection(const Vec3<T>& wo, const Vec3<T>& wi, const LobeProbabilities& choice,
+                       BsdfValue<T>& value) const;
+    void addRefraction(const Vec3<T>& wo, const Vec3<T>& wi, const T& probability,
+                       BsdfValue<T>& value) const;
+
+    SurfaceParameters<T> p_;
+    RelativeIndex<T> outside_;  ///< from index 1 into ior
+    RelativeIndex<T> index_;    ///< from wo's side to the other
+    T metal_, dielectric_;      ///< metallic and 1 - metallic; 0 and 1 in the specular workflow
+    T coat_, coatBehind_;       ///< clearcoat weight on wo's side, and on the other
+    Vec3<T> diffuse_;           ///< diffuse reflectance under the interface, normalised
+    Vec3<T> tint_;              ///< colour of refraction with its weight
+    T alpha_, coatAlpha_;
+    Mask<T> deltaReflection_, deltaRefraction_, deltaCoat_;
+};
+
+template <class T>
+Bsdf<T>::Bsdf(const SurfaceParameters<T>& p, const Mask<T>& entering) : p_(p) {
+    // Without an inside there is no total reflection: only F0, the same for ior and 1 / ior.
+    outside_ = RelativeIndex<T>::make(max(p.ior, T(1) / p.ior), Mask<T>(true));
+    index_ = RelativeIndex<T>::make(p.ior, entering);
+    metal_ = select(p.useSpecularWorkflow, T(0), p.metallic);
+    dielectric_ = T(1) - metal_;
+    // From inside glass the coat lies behind the interface. An opaque body has it on both sides.
+    coat_ = p.clearcoat * select(entering, T(1), p.opacity);
+    coatBehind_ = select(entering, T(0), p.clearcoat);
+
+    const Vec3<T> average = select<T>(
+        p.useSpecularWorkflow,
+        p.specularColor + (Vec3<T>(T(1)) - p.specularColor) * T(1.0F / 21.0F),
+        Vec3<T>(fresnelDielectricAverage(outside_.eta)));
+    const Vec3<T> below = Vec3<T>(T(1)) - average;
+    const Vec3<T> normalisation(T(1) / max(below.x, T(1e-6F)), T(1) / max(below.y, T(1e-6F)),
+                                T(1) / max(below.z, T(1e-6F)));
+    diffuse_ = p.diffuseColor * normalisation * (dielectric_ * p.opacity);
+    tint_ = p.diffuseColor * (dielectric_ * (T(1) - p.opacity));
+
+    alpha_ = p.roughness * p.roughness;
+    coatAlpha_ = p.clearcoatRoughness * p.clearcoatRoughness;
+    deltaReflection_ = alpha_ < T(kDeltaAlpha);
+    deltaCoat_ = coatAlpha_ < T(kDeltaAlpha);
+    // A facet tilted by t turns the refracted ray by about (1 - 1/eta) t, and the half vector is
+    // recovered from a difference of that length: the same limit applies to the product.
+    const T bend = abs(index_.k) / ((index_.eta + T(1)) * max(index_.eta, T(1)));
+    deltaRefraction_ = alpha_ * bend < T(kDeltaAlpha);
+}
+
+template <class T>
+Vec3<T> Bsdf<T>::outsideReflectance(const T& c) const {
+    return select<T>(p_.useSpecularWorkflow, fresnelSchlick(p_.specularColor, c),
+                     Vec3<T>(fresnelDielectric(outside_, c)));
+}
+
+template <class T>
+typename Bsdf<T>::Interface Bsdf<T>::interfaceAt(const T& c) const {
+    const Vec3<T> out = outsideReflectance(c);
+    Vec3<T> directed = out;
+    const Mask<T> towardsThinner = index_.eta < outside_.eta;
+    if (any(towardsThinner && p_.opacity < T(1))) {
+        const T gSquared = index_.refractedSquared(c);
+        const T cosineThinner = safeSqrt(gSquared) / index_.eta;
+        const Vec3<T> schlick = select<T>(gSquared > T(0),
+                                          fresnelSchlick(p_.specularColor, cosineThinner),
+                                          Vec3<T>(T(1)));
+        directed = select<T>(p_.useSpecularWorkflow, schlick,
+                             Vec3<T>(fresnelDielectric(index_, c)));
+        directed = select<T>(towardsThinner, directed, out);
+    }
+    const Vec3<T> body = lerp(p_.opacity, directed, out);
+    return {p_.diffuseColor * metal_ + body * dielectric_,
+            tint_ * (Vec3<T>(T(1)) - directed)};
+}
+
+/// The cosine at which reflection is taken away from the diffuse lobe: rough facets face away from
+/// the normal and reflect more than it would.
+template <class T>
+T Bsdf<T>::specularCosine(const T& cosine) const {
+    return cosine;
+}
+
+template <class T>
+Vec3<T> Bsdf<T>::diffuseTransmittance(const T& cosine) const {
+    return Vec3<T>(T(1)) - outsideReflectance(specularCosine(cosine));
+}
+
+template <class T>
+T Bsdf<T>::coatTransmittance(const Vec3<T>& wo, const Vec3<T>& wi) const {
+    const T fresnel = fresnelDielectric(outside_, abs(wi.z));
+    const T weight = select(wi.z > T(0), coat_, coatBehind_);
+    return (T(1) - coatReflectance(wo.z)) * (T(1) - weight * fresnel);
+}
+
+template <class T>
+typename Bsdf<T>::LobeProbabilities Bsdf<T>::probabilities(const Vec3<T>& wo) const {
+    const Interface interface = interfaceAt(wo.z);
+    const T coat = coatReflectance(wo.z);
+    const T diffuse = (T(1) - coat) * mean(diffuse_ * diffuseTransmittance(wo.z));
+    const T below = (T(1) - coat) * mean(interface.reflected + interface.refracted);
+    const T sum = coat + diffuse + below;
+    const Mask<T> lit = sum > T(1e-20F);
+    const T scale = T(1) / select(lit, sum, T(1));
+    // A black surface absorbs; which lobe does it is all the same.
+    return {select(lit, coat * scale, T(0)), select(lit, diffuse * scale, T(1)),
+            select(lit, below * scale, T(0))};
+}
+
+/// Probability that the interface reflects, given the cosine to the facet it hit.
+template <class T>
+T Bsdf<T>::reflectProbability(const T& cosine) const {
+    const Interface interface = interfaceAt(cosine);
+    const T reflected = mean(interface.reflected);
+    const T sum = reflected + mean(interface.refracted);
+    return select(sum > T(1e-20F), reflected / max(sum, T(1e-20F)), T(1));
+}
+
+template <class T>
+void Bsdf<T>::addDiffuse(const Vec3<T>& wo, const Vec3<T>& wi, const T& probability,
+                         BsdfValue<T>& value) const {
+    const Mask<T> valid = wi.z > T(0);
+    const T density = max(wi.z, T(0)) * T(kInvPi);
+    const Vec3<T> f = diffuse_ * diffuseTransmittance(wo.z) *
+                      diffuseTransmittance(max(wi.z, T(0))) * (density * coatTransmittance(wo, wi));
+    value.diffuse = select<T>(valid, f, Vec3<T>(T(0)));
+    value.pdf += probability * density;
+}
+
+template <class T>
+void Bsdf<T>::addReflection(const Vec3<T>& wo, const Vec3<T>& wi, const LobeProbabilities& choice,
+                            BsdfValue<T>& value) const {
+    const Vec3<T> sum = wo + wi;
+    const T norm = lengthSquared(sum);
+    const Mask<T> valid = wi.z > T(0) && norm > T(1e-20F);
+    const Vec3<T> h = sum / sqrt(max(norm, T(1e-20F)));
+    const T c = clamp(dot(wo, h), T(0), T(1));
+
+    const Ggx<T> ggx(alpha_);
+    const Interface interface = interfaceAt(c);
+    const T reflected = mean(interface.reflected);
+    const T refracted = mean(interface.refracted);
+    const T both = reflected + refracted;
+    T reflects = select(both > T(1e-20F), reflected / max(both, T(1e-20F)), T(1));
+    if (any(deltaRefraction_ && p_.opacity < T(1))) {
+        reflects = select(deltaRefraction_, reflectProbability(wo.z), reflects);
+    }
+    const Mask<T> base = valid && !deltaReflection_;
+    const T scale = ggx.density(h) * ggx.visibility(wo, wi) * wi.z * coatTransmittance(wo, wi);
+    value.specular += select<T>(base, interface.reflected * scale, Vec3<T>(T(0)));
+    value.pdf += select(base, choice.interface * reflects * T(0.25F) * ggx.visibleDensity(wo, h),
+                        T(0));
+
+    const Mask<T> coat = valid && !deltaCoat_ && coat_ > T(0);
+    if (any(coat)) {
+        const Ggx<T> coatGgx(coatAlpha_);
+        const T f = coatReflectance(c) * coatGgx.density(h) * coatGgx.visibility(wo, wi) * wi.z;
+        value.specular += select<T>(coat, Vec3<T>(f), Vec3<T>(T(0)));
+        value.pdf += select(coat, choice.coat * T(0.25F) * coatGgx.visibleDensity(wo, h), T(0));
+    }
+}
+
+/// Walter et al. 2007, equations 16, 17 and 21, for radiance: the density of refracted radiance
+/// changes by 1 / eta^2. With l = |wo + eta wi|, eta^2 |wi.h| / l^2 is the Jacobian of h to wi.
+template <class T>
+void Bsdf<T>::addRefraction(const Vec3<T>& wo, const Vec3<T>& wi, const T& probability,
+                            BsdfValue<T>& value) const {
+    const Vec3<T> sum(fma(index_.eta, wi.x, wo.x), fma(index_.eta, wi.y, wo.y),
+                      fma(index_.eta, wi.z, wo.z));
+    const T norm = max(lengthSquared(sum), T(1e-20F));
+    const Vec3<T> h = sum * (copysign(T(1), sum.z) / sqrt(norm));
+    const T co = dot(wo, h);
+    const T ci = dot(wi, h);
+    const Mask<T> valid = wi.z < T(0) && !deltaRefraction_ && co > T(0) && ci < T(0);
+    if (none(valid)) {
+        return;
+    }
+    const T c = clamp(co, T(0), T(1));
+    const Ggx<T> ggx(alpha_);
+    const Interface interface = interfaceAt(c);
+    const T refracted = mean(interface.refracted);
+    const T both = mean(interface.reflected) + refracted;
+    const T refracts = select(both > T(1e-20F), refracted / max(both, T(1e-20F)), T(0));
+
+    const T jacobian = abs(ci) / norm;
+    const T scale = T(4) * c * ggx.density(h) * ggx.visibility(wo, wi) * abs(wi.z) * jacobian *
+                    coatTransmittance(wo, wi);
+    value.specular += select<T>(valid, interface.refracted * scale, Vec3<T>(T(0)));
+    value.pdf += select(valid,
+                        probability * refracts * c * ggx.visibleDensity(wo, h) *
+                            index_.etaSquared * jacobian,
+                        T(0));
+}
+
+template <class T>
+BsdfValue<T> Bsdf<T>::evaluate(const Vec3<T>& wo, const Vec3<T>& wi) const {
+    return evaluate(wo, wi, probabilities(wo));
+}
+
+template <class T>
+BsdfValue<T> Bsdf<T>::evaluate(const Vec3<T>& wo, const Vec3<T>& wi,
+                               const LobeProbabilities& choice) const {
+    BsdfValue<T> value;
+    if (any(wi.z > T(0))) {
+        addDiffuse(wo, wi, choice.diffuse, value);
+        addReflection(wo, wi, choice, value);
+    }
+    if (any(wi.z < T(0) && p_.opacity < T(1))) {
+        addRefraction(wo, wi, choice.interface, value);
+    }
+    const Mask<T> valid = wo.z > T(0);
+    value.diffuse = select<T>(valid, value.diffuse, Vec3<T>(T(0)));
+    value.specular = select<T>(valid, value.specular, Vec3<T>(T(0)));
+    value.pdf = select(valid, value.pdf, T(0));
+    return value;
+}
+
+template <class T>
+BsdfSample<T> Bsdf<T>::sample(const Vec3<T>& wo, const T& uLobe, const Vec2<T>& u) const {
+    const LobeProbabilities choice = probabilities(wo);
+    const Mask<T> coat = uLobe < choice.coat;
+    const Mask<T> diffuse = !coat && uLobe < choice.coat + choice.diffuse;
+    const Mask<T> interface = !coat && !diffuse;
+
+    // The facet, and what the interface does there.
+    const Mask<T> mirror = (coat && deltaCoat_) || (!coat && deltaReflection_);
+    const Vec3<T> up(T(0), T(0), T(1));
+    const Vec3<T> rough =
+        Ggx<T>(select(coat, coatAlpha_, alpha_)).sampleVisible(wo, u);
+    const Vec3<T> facet = select<T>(mirror, up, rough);
+    const T decision = select(deltaRefraction_, wo.z, clamp(dot(wo, facet), T(0), T(1)));
+    const T reflects = reflectProbability(decision);
+    const T uInterface = min((uLobe - choice.coat - choice.diffuse) / max(choice.interface, T(1e-20F)),
+                             T(kOneMinusEpsilon));
+    const Mask<T> refracted = interface && !(uInterface < reflects);
+    const Mask<T> deltaRefracted = refracted && deltaRefraction_;
+    const Vec3<T> h = select<T>(deltaRefracted, up, facet);
+
+    // Directions. Refraction: t = (-wo + (c - g) h) / eta with c - g = -k / (c + g).
+    const T c = clamp(dot(wo, h), T(0), T(1));
+    const T g = safeSqrt(index_.refractedSquared(c));
+    const Vec3<T> through =
+        (-wo - h * (index_.k / max(c + g, T(1e-20F)))) * (T(1) / index_.eta);
+    const Vec3<T> mirrored = h * (T(2) * c) - wo;
+    const Vec3<T> bounced = select<T>(diffuse, sampleCosineHemisphere(u), mirrored);
+
+    BsdfSample<T> s;
+    s.wi = select<T>(refracted, through, bounced);
+    s.delta = deltaRefracted || (!diffuse && !refracted && mirror);
+    s.transmitted = refracted;
+    s.diffuse = diffuse;
+    s.roughness = select(diffuse, T(1), select(coat, p_.clearcoatRoughness, p_.roughness));
+    s.eta = select(refracted, index_.eta, T(1));
+
+    const BsdfValue<T> value = evaluate(wo, s.wi, choice);
+    const Mask<T> sided = (refracted && s.wi.z < T(0)) || (!refracted && s.wi.z > T(0));
+    const Mask<T> lit = sided && value.pdf > T(0);
+    s.pdf = select(lit, value.pdf, T(0));
+    s.weight = select<T>(lit, value.total() / max(value.pdf, T(1e-30F)), Vec3<T>(T(0)));
+    if (any(s.delta)) {
+        setDelta(wo, choice, coat, reflects, s);
+    }
+    return s;
+}
+
+/// Weight, probability and tint of the lanes that chose a delta lobe. `reflects` is the
+/// probability of reflection at the interface, which is flat there.
+template <class T>
+void Bsdf<T>::setDelta(const Vec3<T>& wo, const LobeProbabilities& choice, const Mask<T>& coat,
+                       const T& reflects, BsdfSample<T>& s) const {
+    const Interface interface = interfaceAt(wo.z);
+    const T through = coatTransmittance(wo, s.wi);
+    const Vec3<T> reflection = interface.reflected * through;
+    const Vec3<T> refraction = interface.refracted * (through / index_.etaSquared);
+    const Vec3<T> value =
+        select<T>(coat, Vec3<T>(coatReflectance(wo.z)),
+                  select<T>(s.transmitted, refraction, reflection));
+    const T probability =
+        select(coat, choice.coat,
+               choice.interface * select(s.transmitted, T(1) - reflects, reflects));
+    const Mask<T> valid = s.delta && probability > T(0) && wo.z > T(0);
+    const Vec3<T> weight = value / max(probability, T(1e-30F));
+    s.weight = select<T>(s.delta, select<T>(valid, weight, Vec3<T>(T(0))), s.weight);
+    s.pdf = select(s.delta, select(valid, probability, T(0)), s.pdf);
+
+    const T strongest = maxComponent(p_.specularColor);
+    const Vec3<T> specularTint =
+        select<T>(strongest > T(0), p_.specularColor / max(strongest, T(1e-20F)), Vec3<T>(T(1)));
+    const Vec3<T> metalTint = lerp(metal_, Vec3<T>(T(1)), p_.diffuseColor);
+    const Vec3<T> mirrorTint = select<T>(p_.useSpecularWorkflow, specularTint, metalTint);
+    const Vec3<T> tint = select<T>(coat, Vec3<T>(T(1)),
+                                   select<T>(s.transmitted, p_.diffuseColor, mirrorTint));
+    s.tint = select<T>(s.delta, tint, Vec3<T>(T(1)));
+}
+
+template <class T>
+Mask<T> Bsdf<T>::hasNonDelta() const {
+    const Mask<T> glossyCoat = !deltaCoat_ && coat_ > T(0) && outside_.k != T(0);
+    const Mask<T> reflects = outside_.k != T(0) || p_.useSpecularWorkflow ||
+                             maxComponent(p_.diffuseColor) * metal_ > T(0);
+    return maxComponent(diffuse_) > T(0) || glossyCoat || (!deltaReflection_ && reflects) ||
+           (!deltaRefraction_ && maxComponent(tint_) > T(0));
+}
+
+template <class T>
+Vec3<T> Bsdf<T>::albedo() const {
+    const Vec3<T> under = p_.diffuseColor * (Vec3<T>(T(1)) - p_.specularColor);
+    return select<T>(p_.useSpecularWorkflow, under + p_.specularColor, p_.diffuseColor);
+}
+
+}  // namespace mbfeat
