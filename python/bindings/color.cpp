@@ -1,4 +1,4 @@
-// Colour management: the sRGB curve and OpenColorIO displays, on arrays.
+// Images for people to look at: the sRGB curve, OpenColorIO displays, files.
 #include "scene/colorManagement.h"
 
 #include <nanobind/ndarray.h>
@@ -8,6 +8,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "bindings.h"
+#include "film/imageWriter.h"
 
 namespace mbfeat {
 
@@ -40,6 +41,18 @@ void toDisplay(const ConfigHandle& handle, const ImageArray& image, const std::s
         unwrap(handle.config->displayTransform(from, display, view));
     const nb::gil_scoped_release release;
     transform->apply(image.data(), texels, static_cast<int>(image.shape(2)));
+}
+
+void writeImage(const std::string& path, const ImageArray& image) {
+    texelsOf(image, 1, 4);
+    Status status;
+    {
+        const nb::gil_scoped_release release;
+        status =
+            writeImageFile(path, static_cast<int>(image.shape(1)), static_cast<int>(image.shape(0)),
+                           static_cast<int>(image.shape(2)), image.data());
+    }
+    check(status);
 }
 
 std::pair<ConfigHandle, std::vector<std::string>> fromEnvironment() {
@@ -90,6 +103,11 @@ void bindColor(nb::module_& module) {
             encodeSrgb(image.data(), texelsOf(image, 1, 4), static_cast<int>(image.shape(2)));
         },
         "image"_a, "The sRGB curve in place on linear float32 [height, width, channels].");
+    module.def("write_image", &writeImage, "path"_a, "image"_a,
+               "Writes float32 [height, width, 1..4 channels], row 0 at the top, in the format of "
+               "the path's extension, whole or not at all; Error when it cannot. Eight-bit formats "
+               "clamp to 0..1.");
+    module.def("image_extensions", &imageFileExtensions, "Extensions that write_image knows.");
 }
 
 } // namespace mbfeat
