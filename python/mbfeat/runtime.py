@@ -55,7 +55,15 @@ def use_runtime() -> None:
 
 def _show_plugin() -> None:
     """Adds the installed plug-in to PXR_PLUGINPATH_NAME, which OpenUSD reads when it is loaded."""
-    folder = Path(__file__).parent / "plugin" / "usd"
+    plugin = Path(__file__).parent / "plugin"
     known = [part for part in os.environ.get("PXR_PLUGINPATH_NAME", "").split(os.pathsep) if part]
+    folder = plugin / "usd"
     if folder.is_dir() and str(folder) not in known:
         os.environ["PXR_PLUGINPATH_NAME"] = os.pathsep.join([str(folder), *known])
+    reason = plugin / "not-built.txt"
+    if reason.is_file() and not known:
+        raise RuntimeMissingError(
+            "this mbfeat was installed without its Hydra plug-in: "
+            f"{reason.read_text(encoding='utf-8').strip()}; install it again with MBFEAT_USD_ROOT "
+            "set to the runtime prefix that ./run made, or to an OpenUSD SDK"
+        )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import os
 import re
@@ -97,6 +98,7 @@ def run_logged(
                 errors="replace",
                 env=dict(os.environ if environment is None else environment),
                 pass_fds=tuple(keep_open),
+                process_group=0,
                 preexec_fn=_die_with_parent,
             )
         except OSError as error:
@@ -117,15 +119,19 @@ def run_logged(
                     console.update(line.strip())
             status = process.wait()
         except BaseException:
-            process.terminate()
-            try:
-                process.wait(timeout=5)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
+            _end_group(process)
             raise
     if status != 0:
         raise SetupError(f"{failure}: {_reason(tail, status)} (all output: {log}).")
+
+
+def _end_group(process: subprocess.Popen[str]) -> None:
+    """Ends a child and all that it started."""
+    for number in (signal.SIGTERM, signal.SIGKILL):
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, number)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(timeout=5)
 
 
 def _reason(tail: list[str], status: int) -> str:

@@ -36,7 +36,8 @@ def main(arguments: list[str]) -> int:
         sys.stderr.write(USAGE)
         return 0 if arguments else 2
     layout = this_layout()
-    signal.signal(signal.SIGTERM, _interrupt)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, _interrupt)
     try:
         set_up(
             layout, list(steps.ALWAYS) + (list(steps.FOR_LINT) if arguments[0] == "lint" else [])
@@ -50,7 +51,8 @@ def main(arguments: list[str]) -> int:
     except KeyboardInterrupt:
         sys.stderr.write("\nrun: interrupted; run it again to go on.\n")
         return 130
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
     return become(layout, arguments)
 
 

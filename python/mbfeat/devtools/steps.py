@@ -11,6 +11,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -158,23 +159,41 @@ class VirtualEnvironment(Step):
 
     def make(self) -> None:
         require_disk(self.layout.made, 1000, "the Python environment")
-        # Made anew: repairing one that a killed pip left behind is not reliable, and the wheels
-        # are in pip's cache.
+        # Made anew each time, in a folder of its own: repairing what a killed pip left behind is
+        # not reliable, and a helper process that outlived a killed ./run may still write there.
+        folder = self.layout.made / "venvs" / f"{os.getpid()}-{time.time_ns()}"
+        self._remove_others()
         failure = f"no virtual environment could be made with {_base_python()}"
-        self.call([_base_python(), "-m", "venv", "--clear", self.layout.venv], failure)
-        failure = "the pinned Python packages could not be installed"
+        self.call([_base_python(), "-m", "venv", folder], failure)
         lines = self.requirements.read_text(encoding="utf-8").splitlines()
         pip = [line for line in lines if line.startswith("pip==")]
-        self.pip(["install", *pip], failure)
+        failure = "the pinned Python packages could not be installed"
+        self.pip(["install", *pip], failure, folder)
         raw = ["--progress-bar", "raw"]
-        self.pip(["install", "--no-deps", *raw, "-r", self.requirements], failure)
-        self.pip(["check"], "the pinned Python packages do not fit together")
+        self.pip(["install", "--no-deps", *raw, "-r", self.requirements], failure, folder)
+        self.pip(["check"], "the pinned Python packages do not fit together", folder)
+        link = folder.with_name("link.partial")
+        link.unlink(missing_ok=True)
+        link.symlink_to(folder.relative_to(self.layout.made))
+        if self.layout.venv.is_dir() and not self.layout.venv.is_symlink():
+            shutil.rmtree(self.layout.venv)
+        os.replace(link, self.layout.venv)
+        self._remove_others()
         for command, module in (("mbfeat", "mbfeat.cli"), ("usdrecord", "mbfeat.usdrecord")):
             script = f'#!/bin/sh\nexec "{self.layout.venv_python}" -P -m {module} "$@"\n'
             write_whole(self.layout.bin / command, script, 0o755)
 
-    def pip(self, arguments: Sequence[str | Path], failure: str) -> None:
-        self.call([self.layout.venv_python, "-m", "pip", "--retries", "2", *arguments], failure)
+    def _remove_others(self) -> None:
+        """Removes the environments that .mbfeat/venv does not point to."""
+        current = self.layout.venv.resolve()
+        for folder in (self.layout.made / "venvs").glob("*"):
+            if folder.resolve() != current:
+                shutil.rmtree(folder, ignore_errors=True)
+
+    def pip(self, arguments: Sequence[str | Path], failure: str, folder: Path) -> None:
+        """Runs the pip of the environment in `folder`."""
+        python = folder / "bin" / "python"
+        self.call([python, "-m", "pip", "--retries", "2", *arguments], failure)
 
 
 class LintPackages(VirtualEnvironment):
@@ -192,7 +211,8 @@ class LintPackages(VirtualEnvironment):
 
     def make(self) -> None:
         install = ["install", "--no-deps", "--force-reinstall", "-r"]
-        self.pip([*install, self.requirements], "the packages for lint could not be installed")
+        failure = "the Python packages for lint could not be installed"
+        self.pip([*install, self.requirements], failure, self.layout.venv)
 
 
 class UsdRuntime(Step):
