@@ -14,15 +14,17 @@ namespace mbfeat {
 
 enum class Wrap : std::uint8_t { kBlack, kClamp, kRepeat, kMirror };
 
-/// Colour space of the stored values. kAuto follows UsdPreviewSurface: sRGB for 8-bit images of
-/// three or four channels, raw otherwise.
+/// Colour space of the stored values. kAuto follows UsdPreviewSurface: what the file's metadata
+/// says (PNG sRGB and gAMA chunks, EXR chromaticities, colorInteropID and oiio:ColorSpace); without
+/// any, sRGB for 8-bit images of three or four channels, linear Rec.709 for Radiance files, raw
+/// otherwise.
 enum class SourceColorSpace : std::uint8_t { kAuto, kRaw, kSrgb, kNamed };
 
 /// What identifies a loaded image: two materials that ask for the same key share one Image.
 struct ImageKey {
-    std::string path;  ///< resolved, or as authored where it did not resolve
+    std::string path; ///< resolved, or as authored where it did not resolve
     SourceColorSpace colorSpace = SourceColorSpace::kAuto;
-    std::string colorSpaceName;  ///< OpenColorIO name when colorSpace is kNamed
+    std::string colorSpaceName; ///< OpenColorIO name when colorSpace is kNamed
 
     bool operator<(const ImageKey& o) const {
         return std::tie(path, colorSpace, colorSpaceName) <
@@ -35,31 +37,34 @@ struct ImageKey {
 /// not have been replaced by zero and reported once with their count.
 class Image {
 public:
-    enum class Storage : std::uint8_t { kUNorm8, kSrgb8, kHalf, kFloat };
+    enum class Storage : std::uint8_t { kUNorm8, kSrgb8, kUNorm16, kSrgb16, kHalf, kFloat };
+
+    /// Takes over interleaved texels, row 0 at the bottom; in the sRGB storages alpha is linear.
+    /// data has width * height * channels values; half and float ones are finite.
+    Image(int width, int height, int channels, Storage storage, std::vector<std::uint8_t> data);
 
     int width() const { return width_; }
     int height() const { return height_; }
     int channels() const { return channels_; }
-    std::size_t bytes() const;
+    Storage storage() const { return storage_; }
+    std::size_t bytes() const { return data_.size(); }
 
     /// The texel as RGBA: one channel is replicated to rgb with alpha 1; two are luminance and
     /// alpha; three get alpha 1. x, y inside the image.
     Float4 texel(int x, int y) const;
 
-    /// Bilinear look-up at st with the given wrap modes; black (all four zero) outside for kBlack.
+    /// Bilinear look-up at st with the given wrap modes. kBlack is black (all four zero) outside
+    /// [0, 1] and clamps inside, so that an edge shows no dark seam. st that is not finite: black.
     Float4 sample(Float2 st, Wrap wrapS, Wrap wrapT) const;
 
 private:
-    friend class TextureCache;
-    friend Result<std::shared_ptr<const Image>> makeImage(int width, int height, int channels,
-                                                          std::vector<float> values);
     int width_ = 0, height_ = 0, channels_ = 0;
     Storage storage_ = Storage::kFloat;
     std::vector<std::uint8_t> data_;
 };
 
 /// An image from float values (row 0 at the bottom, channels interleaved), for tests and for
-/// procedural lights. Errors: size mismatch, no texels.
+/// procedural lights. Errors: size mismatch, no texels, values that are not finite.
 Result<std::shared_ptr<const Image>> makeImage(int width, int height, int channels,
                                                std::vector<float> values);
 
@@ -71,7 +76,7 @@ public:
     ~TextureCache();
 
     /// The image, or null if it cannot be read; that is reported once, naming the file and
-    /// `subject` (the prim that asked).
+    /// `subject` (the prim that asked). A file that failed is read again when it has changed.
     std::shared_ptr<const Image> get(const ImageKey& key, const std::string& subject);
 
     /// OpenColorIO name of the rendering space that colour textures are taken to; empty means
@@ -87,4 +92,4 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat
