@@ -9,7 +9,6 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -26,8 +25,8 @@ struct Geometry {
     std::shared_ptr<const Mesh> mesh;
     /// Object to world. One entry for a plain prim; one an instance for a prototype.
     std::vector<AffineD> transforms;
-    bool instanced = false;             ///< keep one BVH for all transforms
-    std::vector<std::int32_t> instanceIds;  ///< instanceId AOV of each transform; empty: index
+    bool instanced = false;                ///< keep one BVH for all transforms
+    std::vector<std::int32_t> instanceIds; ///< instanceId AOV of each transform; empty: index
     std::int32_t primId = -1;
     /// Material prim path of each slot of Mesh::triangleMaterials; "" is the default material.
     std::vector<std::string> materials{std::string()};
@@ -37,13 +36,13 @@ struct Geometry {
 /// A committed geometry with its materials resolved.
 struct CommittedGeometry {
     std::shared_ptr<const Geometry> source;
-    std::vector<std::uint32_t> materials;  ///< index into Scene::materials() of each slot
-    bool meshChanged = true;  ///< mesh, or transforms of a plain prim, differ from the last commit
+    std::vector<std::uint32_t> materials; ///< index into Scene::materials() of each slot
+    bool meshChanged = true; ///< mesh, or transforms of a plain prim, differ from the last commit
 };
 
 /// What changed since the last commit, so that consumers rebuild only that.
 struct SceneChanges {
-    bool geometry = false;   ///< some mesh, transform, visibility or set of prims
+    bool geometry = false; ///< some mesh, transform, visibility or set of prims
     bool materials = false;
     bool lights = false;
 };
@@ -55,16 +54,22 @@ public:
     Scene(const Scene&) = delete;
     Scene& operator=(const Scene&) = delete;
 
+    /// Adds or replaces. Transforms that cannot be used (not finite, not invertible) are dropped
+    /// with a message; the others keep their instance ids.
     void setGeometry(Geometry geometry);
     void removeGeometry(const std::string& path);
     void setMaterial(Material material);
     void removeMaterial(const std::string& path);
+    /// Adds or replaces. A light whose transform or radiance cannot be used is off, with a message.
     void setLight(Light light);
     void removeLight(const std::string& path);
     /// OpenColorIO name of the rendering space; see TextureCache.
     void setRenderingColorSpace(const std::string& name);
 
-    /// Resolves materials and textures and computes the origin. Returns what changed.
+    /// Resolves materials and textures and computes the origin. Returns what changed. Committed are
+    /// visible geometries with triangles, the materials bound to them, and the lights; only their
+    /// textures are loaded, in parallel. A material that does not exist is reported and replaced
+    /// by the default one.
     SceneChanges commit();
 
     /// Grows with every edit: a renderer compares it to know that a commit is due.
@@ -85,17 +90,37 @@ public:
     Diagnostics& diagnostics() { return diagnostics_; }
 
 private:
-    void updateOrigin();
+    struct Box {
+        Double3 lower, upper;
+    };
+    /// A committed material or light with what it was made from, to be reused while that is the
+    /// same.
+    template <class T>
+    struct Resolved {
+        std::shared_ptr<const T> source, resolved;
+    };
+    using Images = std::map<ImageKey, std::shared_ptr<const Image>>;
+
+    std::vector<CommittedGeometry> gatherGeometries() const;
+    std::vector<std::string> bindMaterials(std::vector<CommittedGeometry>& geometries);
+    Images loadImages(const std::vector<std::string>& materialPaths);
+    void resolveMaterials(const std::vector<std::string>& paths, const Images& images);
+    void resolveLights(const Images& images);
+    const Box& boundsOf(const std::shared_ptr<const Mesh>& mesh);
+    bool updateOrigin();
 
     Diagnostics& diagnostics_;
     TextureCache textures_;
-    mutable std::mutex mutex_;
+    std::string renderingSpace_;
+    mutable std::mutex mutex_; ///< guards everything below
     std::uint64_t version_ = 0;
+    std::uint64_t committedVersion_ = 0;
     std::map<std::string, std::shared_ptr<const Geometry>> geometryByPath_;
     std::map<std::string, std::shared_ptr<const Material>> materialByPath_;
     std::map<std::string, std::shared_ptr<const Light>> lightByPath_;
-    std::set<std::string> changedGeometry_;
-    SceneChanges pending_;
+    std::map<std::string, Resolved<Material>> resolvedMaterials_;
+    std::map<std::string, Resolved<Light>> resolvedLights_;
+    std::map<std::weak_ptr<const Mesh>, Box, std::owner_less<>> meshBounds_;
 
     std::vector<CommittedGeometry> geometries_;
     std::vector<std::shared_ptr<const Material>> materials_;
@@ -103,4 +128,4 @@ private:
     Double3 origin_{0.0, 0.0, 0.0};
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat
