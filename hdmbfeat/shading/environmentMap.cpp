@@ -1,0 +1,152 @@
+#include "shading/environmentMap.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/warp.h"
+
+namespace mbfeat {
+
+namespace {
+
+/// Larger images are sampled by blocks of texels; the look-up keeps their resolution.
+constexpr int kMaxGridWidth = 2048;
+constexpr int kMaxGridHeight = 1024;
+constexpr double kPiExact = 3.14159265358979323846;
+
+/// Means of the bilinearly interpolated image over its texels: along each axis the interpolant
+/// weighs a texel with 3/4 and its neighbours with 1/8. The image wraps around in s.
+std::vector<float> texelMeans(const Image& image) {
+    const int w = image.width(), h = image.height();
+    std::vector<float> gray(static_cast<std::size_t>(w) * h), rows(gray.size());
+    for (int y = 0; y < h; ++y) {
+        for (int x = 0; x < w; ++x) {
+            const Float4 c = image.texel(x, y);
+            gray[static_cast<std::size_t>(y) * w + x] =
+                (max(c.x, 0.0F) + max(c.y, 0.0F) + max(c.z, 0.0F)) / 3.0F;
+        }
+    }
+    for (int y = 0; y < h; ++y) {
+        const float* row = &gray[static_cast<std::size_t>(y) * w];
+        for (int x = 0; x < w; ++x) {
+            rows[static_cast<std::size_t>(y) * w + x] =
+                0.75F * row[x] + 0.125F * (row[(x + w - 1) % w] + row[(x + 1) % w]);
+        }
+    }
+    for (int y = 0; y < h; ++y) {
+        const float* at = &rows[static_cast<std::size_t>(y) * w];
+        const float* below = &rows[static_cast<std::size_t>(std::max(y - 1, 0)) * w];
+        const float* above = &rows[static_cast<std::size_t>(std::min(y + 1, h - 1)) * w];
+        for (int x = 0; x < w; ++x) {
+            gray[static_cast<std::size_t>(y) * w + x] =
+                0.75F * at[x] + 0.125F * (below[x] + above[x]);
+        }
+    }
+    return gray;
+}
+
+/// Means over the cells of a coarser (or equal) grid. A texel that lies in two cells counts in
+/// both, so that no cell with light in it gets weight zero.
+std::vector<float> gridMeans(const std::vector<float>& texels, int w, int h, int gridW, int gridH) {
+    if (gridW == w && gridH == h) {
+        return texels;
+    }
+    std::vector<float> grid(static_cast<std::size_t>(gridW) * gridH);
+    for (int gy = 0; gy < gridH; ++gy) {
+        const auto y0 = static_cast<int>(static_cast<std::int64_t>(gy) * h / gridH);
+        const auto y1 =
+            static_cast<int>((static_cast<std::int64_t>(gy + 1) * h + gridH - 1) / gridH);
+        for (int gx = 0; gx < gridW; ++gx) {
+            const auto x0 = static_cast<int>(static_cast<std::int64_t>(gx) * w / gridW);
+            const auto x1 =
+                static_cast<int>((static_cast<std::int64_t>(gx + 1) * w + gridW - 1) / gridW);
+            double sum = 0.0;
+            for (int y = y0; y < y1; ++y) {
+                for (int x = x0; x < x1; ++x) {
+                    sum += texels[static_cast<std::size_t>(y) * w + x];
+                }
+            }
+            grid[static_cast<std::size_t>(gy) * gridW + gx] =
+                static_cast<float>(sum / (static_cast<double>(y1 - y0) * (x1 - x0)));
+        }
+    }
+    return grid;
+}
+
+} // namespace
+
+Float2 latLongFromDirection(const Float3& d) {
+    const float longitude = std::atan2(d.x, d.z);
+    const float latitude = std::atan2(d.y, std::sqrt(d.x * d.x + d.z * d.z));
+    return {clamp(0.5F - longitude * (0.5F * kInvPi), 0.0F, 1.0F),
+            clamp(0.5F + latitude * kInvPi, 0.0F, 1.0F)};
+}
+
+EnvironmentMap::EnvironmentMap(std::shared_ptr<const Image> image) : image_(std::move(image)) {
+    const int gridW = std::min(image_->width(), kMaxGridWidth);
+    const int gridH = std::min(image_->height(), kMaxGridHeight);
+    std::vector<float> weights =
+        gridMeans(texelMeans(*image_), image_->width(), image_->height(), gridW, gridH);
+    double total = 0.0;
+    solidAngles_.resize(static_cast<std::size_t>(gridH));
+    edges_.resize(static_cast<std::size_t>(gridH));
+    for (int y = 0; y < gridH; ++y) {
+        // sin(b) - sin(a) without cancellation.
+        const double a = kPiExact * y / gridH, b = kPiExact * (y + 1) / gridH;
+        const double rowSolidAngle =
+            4.0 * kPiExact * std::sin(0.5 * (a + b)) * std::sin(0.5 * (b - a));
+        solidAngles_[static_cast<std::size_t>(y)] = static_cast<float>(rowSolidAngle / gridW);
+        const bool upper = 2 * y >= gridH;
+        edges_[static_cast<std::size_t>(y)] = {capHeight(y, gridH, upper),
+                                               capHeight(y + 1, gridH, upper)};
+        for (int x = 0; x < gridW; ++x) {
+            float& weight = weights[static_cast<std::size_t>(y) * gridW + x];
+            weight *= solidAngles_[static_cast<std::size_t>(y)];
+            total += weight;
+        }
+    }
+    mean_ = total / (4.0 * kPiExact);
+    grid_ = PiecewiseConstant2D(gridW, gridH, weights);
+}
+
+Rgb EnvironmentMap::value(const Float3& d) const {
+    if (!image_) {
+        return Rgb(1.0F);
+    }
+    const Float4 c = image_->sample(latLongFromDirection(d), Wrap::kRepeat, Wrap::kClamp);
+    return {max(c.x, 0.0F), max(c.y, 0.0F), max(c.z, 0.0F)};
+}
+
+EnvironmentMap::Sample EnvironmentMap::sample(Float2 u) const {
+    if (!image_) {
+        return {uniformSphere(u), uniformSpherePdf<float>()};
+    }
+    const PiecewiseConstant2D::Sample cell = grid_.sample(u);
+    const bool upper = isUpper(cell.y);
+    // Uniform in sin(lat) within the row, so the density is constant over the cell.
+    const Float2 edges = edges_[static_cast<std::size_t>(cell.y)];
+    const float h = lerp(cell.fraction.y, edges.x, edges.y);
+    const float cosLat = safeSqrt(h * (2.0F - h));
+    const float sinLat = upper ? 1.0F - h : h - 1.0F;
+    const float s =
+        (static_cast<float>(cell.x) + cell.fraction.x) / static_cast<float>(grid_.width());
+    const float longitude = kPi * (1.0F - 2.0F * s);
+    Sample result;
+    result.direction = {std::sin(longitude) * cosLat, sinLat, std::cos(longitude) * cosLat};
+    result.pdf = cell.probability / cellSolidAngle(cell.y);
+    return result;
+}
+
+float EnvironmentMap::pdf(const Float3& d) const {
+    if (!image_) {
+        return uniformSpherePdf<float>();
+    }
+    const Float2 st = latLongFromDirection(d);
+    const int x =
+        std::min(static_cast<int>(st.x * static_cast<float>(grid_.width())), grid_.width() - 1);
+    const int y =
+        std::min(static_cast<int>(st.y * static_cast<float>(grid_.height())), grid_.height() - 1);
+    return grid_.probability(x, y) / cellSolidAngle(y);
+}
+
+} // namespace mbfeat

@@ -1,0 +1,373 @@
+#include "shading/lightSampler.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "shading/lightChoice.h"
+#include "shading/preparedLight.h"
+
+namespace mbfeat {
+
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+/// No light is chosen less often than this share of the strongest one: weak lights matter nearby.
+constexpr double kWeakestShare = 0.05;
+
+/// A callable for std::visit out of lambdas.
+template <class... Ts>
+struct Overloaded : Ts... {
+    using Ts::operator()...;
+};
+template <class... Ts>
+Overloaded(Ts...) -> Overloaded<Ts...>;
+
+void takeShape(LightSample& out, const ShapeSample<float>& s, const PreparedLight& light) {
+    out.wi = s.wi;
+    out.distance = s.distance;
+    out.pdf = s.pdf;
+    out.point = s.point;
+    out.normal = s.normal;
+    out.pointError = light.pointError;
+    out.radiance = light.emitted(s.uv, s.wi);
+}
+
+/// A sample of one light from p; pdf without the choice.
+LightSample sampleLight(const PreparedLight& light, const Float3& p, Float2 u) {
+    LightSample out;
+    out.diffuse = light.diffuse;
+    out.specular = light.specular;
+    std::visit(Overloaded{
+                   [&](const PointEmitter& point) {
+                       const Float3 d = point.position - p;
+                       const float squared = lengthSquared(d);
+                       if (!(squared > 0.0F)) {
+                           return;
+                       }
+                       out.distance = std::sqrt(squared);
+                       out.wi = d / out.distance;
+                       out.delta = true;
+                       out.pdf = 1.0F;
+                       out.point = point.position;
+                       out.pointError = light.pointError;
+                       out.radiance = light.emitted({0.0F, 0.0F}, out.wi) / squared;
+                   },
+                   [&](const DirectionEmitter& direction) {
+                       out.wi = direction.axis;
+                       out.distance = kInfinity;
+                       out.delta = true;
+                       out.pdf = 1.0F;
+                       out.radiance = light.radiance;
+                   },
+                   [&](const ConeShape<float>& cone) {
+                       out.wi = cone.sample(u);
+                       out.distance = kInfinity;
+                       out.pdf = uniformConePdf(cone.oneMinusCosMax);
+                       out.radiance = light.radiance;
+                   },
+                   [&](const DomeEmitter& dome) {
+                       const EnvironmentMap::Sample s = dome.sample(u);
+                       out.wi = s.direction;
+                       out.distance = kInfinity;
+                       out.pdf = s.pdf;
+                       out.radiance =
+                           light.radiance * dome.map.value(dome.localDirection(s.direction));
+                   },
+                   [&](const EllipsoidShape<float>& shape) {
+                       takeShape(out, shape.sample(p, u), light);
+                       // Nothing is emitted inwards.
+                       out.pdf = dot(out.normal, out.wi) < 0.0F ? out.pdf : 0.0F;
+                   },
+                   [&](const auto& shape) { takeShape(out, shape.sample(p, u), light); },
+               },
+               light.emitter);
+    return out;
+}
+
+/// Density of a shape's sampling for the point that the unit direction wi meets; no choice.
+float shapePdf(const PreparedLight& light, const Float3& p, const Float3& wi, const Float3& point) {
+    return std::visit(Overloaded{
+                          [&](const EllipsoidShape<float>& s) { return s.pdf(p, wi, point); },
+                          [&](const RectShape<float>& s) { return s.pdf(p, point); },
+                          [&](const DiskShape<float>& s) { return s.pdf(p, point); },
+                          [&](const CylinderShape<float>& s) { return s.pdf(p, point); },
+                          [](const auto&) { return 0.0F; },
+                      },
+                      light.emitter);
+}
+
+struct Surface {
+    Float3 normal{0.0F};
+    Float2 uv{0.0F, 0.0F};
+};
+
+Surface surfaceAt(const PreparedLight& light, const Float3& point) {
+    return std::visit(Overloaded{
+                          [&](const EllipsoidShape<float>& s) {
+                              return Surface{s.normalAt(point), {0.0F, 0.0F}};
+                          },
+                          [&](const CylinderShape<float>& s) {
+                              return Surface{s.normalAt(point), {0.0F, 0.0F}};
+                          },
+                          [&](const RectShape<float>& s) {
+                              return Surface{s.normal, s.local(point)};
+                          },
+                          [&](const DiskShape<float>& s) {
+                              return Surface{s.normal, s.local(point)};
+                          },
+                          [](const auto&) { return Surface{}; },
+                      },
+                      light.emitter);
+}
+
+bool isUsable(const EmissiveTriangle& t) {
+    const float area = length(cross(t.p1 - t.p0, t.p2 - t.p0));
+    return std::isfinite(area) && area > std::numeric_limits<float>::min() &&
+           isFinite(t.radiance) && luminance(t.radiance) > 0.0F;
+}
+
+TriangleShape<float> shapeOf(const EmissiveTriangle& t) {
+    return {t.p0, t.p1, t.p2, t.doubleSided};
+}
+
+} // namespace
+
+struct LightSampler::Impl {
+    std::vector<std::optional<PreparedLight>> lights; ///< by light index
+    std::vector<std::uint32_t> lightEntry;            ///< light index to entry of the choice
+    std::vector<std::uint32_t> entryLight;            ///< and back; triangles come after these
+    std::vector<EmissiveTriangle> triangles;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> triangleOfUser; ///< sorted by userId
+    std::vector<std::uint32_t> shapes, environments;                     ///< light indices
+    LightChoice choice;
+
+    void prepare(const std::vector<std::shared_ptr<const Light>>& sources, const Double3& origin,
+                 Diagnostics& diagnostics, bool cameraLights) {
+        for (std::size_t i = 0; i < sources.size(); ++i) {
+            if (sources[i] && sources[i]->isCameraLight == cameraLights) {
+                lights[i] = prepareLight(*sources[i], origin, diagnostics);
+            }
+        }
+    }
+
+    bool anyLight() const {
+        return std::any_of(lights.begin(), lights.end(),
+                           [](const auto& light) { return light.has_value(); });
+    }
+
+    void buildChoice(float sceneRadius) {
+        const double disc = std::isfinite(sceneRadius) && sceneRadius > 0.0F
+                                ? static_cast<double>(sceneRadius) * sceneRadius
+                                : 1.0;
+        std::vector<double> power;
+        lightEntry.assign(lights.size(), kNoLight);
+        for (std::uint32_t i = 0; i < lights.size(); ++i) {
+            if (!lights[i]) {
+                continue;
+            }
+            const PreparedLight& light = *lights[i];
+            const bool distant =
+                light.isEnvironment() || std::holds_alternative<DirectionEmitter>(light.emitter);
+            lightEntry[i] = static_cast<std::uint32_t>(entryLight.size());
+            entryLight.push_back(i);
+            power.push_back(light.power * (distant ? disc : 1.0));
+            if (light.isShape()) {
+                shapes.push_back(i);
+            } else if (light.isEnvironment()) {
+                environments.push_back(i);
+            }
+        }
+        if (!power.empty()) {
+            const double floor = kWeakestShare * *std::max_element(power.begin(), power.end());
+            std::for_each(power.begin(), power.end(), [&](double& p) { p = std::max(p, floor); });
+        }
+        for (const EmissiveTriangle& t : triangles) {
+            const double area = shapeOf(t).area();
+            power.push_back(kPi * area * luminance(t.radiance) * (t.doubleSided ? 2.0 : 1.0));
+        }
+        choice = LightChoice(power);
+    }
+};
+
+LightSampler::LightSampler() : impl_(std::make_unique<Impl>()) {}
+LightSampler::~LightSampler() = default;
+LightSampler::LightSampler(LightSampler&&) noexcept = default;
+LightSampler& LightSampler::operator=(LightSampler&&) noexcept = default;
+
+void LightSampler::commit(const std::vector<std::shared_ptr<const Light>>& lights,
+                          const Double3& origin, float sceneRadius,
+                          std::vector<EmissiveTriangle> triangles, Diagnostics& diagnostics) {
+    auto next = std::make_unique<Impl>();
+    next->lights.resize(lights.size());
+    triangles.erase(std::remove_if(triangles.begin(), triangles.end(),
+                                   [](const EmissiveTriangle& t) { return !isUsable(t); }),
+                    triangles.end());
+    next->triangles = std::move(triangles);
+    for (std::uint32_t i = 0; i < next->triangles.size(); ++i) {
+        next->triangleOfUser.emplace_back(next->triangles[i].userId, i);
+    }
+    std::sort(next->triangleOfUser.begin(), next->triangleOfUser.end());
+    next->prepare(lights, origin, diagnostics, false);
+    if (!next->anyLight() && next->triangles.empty()) {
+        next->prepare(lights, origin, diagnostics, true);
+    }
+    next->buildChoice(sceneRadius);
+    impl_ = std::move(next);
+}
+
+bool LightSampler::empty() const {
+    return impl_->choice.empty();
+}
+
+std::size_t LightSampler::activeLightCount() const {
+    return impl_->entryLight.size();
+}
+
+bool LightSampler::isActive(std::uint32_t light) const {
+    return light < impl_->lights.size() && impl_->lights[light].has_value();
+}
+
+LightSample LightSampler::sample(const LightReceiver& receiver, float uLight, Float2 u) const {
+    if (impl_->choice.empty()) {
+        return {};
+    }
+    const AliasTable::Pick pick = impl_->choice.sample(receiver, uLight);
+    LightSample out;
+    if (pick.index < impl_->entryLight.size()) {
+        const std::uint32_t index = impl_->entryLight[pick.index];
+        out = sampleLight(*impl_->lights[index], receiver.p, u);
+        out.light = index;
+    } else {
+        const EmissiveTriangle& triangle = impl_->triangles[pick.index - impl_->entryLight.size()];
+        const ShapeSample<float> s = shapeOf(triangle).sample(receiver.p, u);
+        out.wi = s.wi;
+        out.distance = s.distance;
+        out.pdf = s.pdf;
+        out.point = s.point;
+        out.normal = s.normal;
+        out.pointError = (abs(triangle.p0) + abs(triangle.p1) + abs(triangle.p2)) *
+                         (4.0F * std::numeric_limits<float>::epsilon());
+        out.radiance = triangle.radiance;
+        out.triangle = triangle.userId;
+        out.b1 = s.uv.x;
+        out.b2 = s.uv.y;
+    }
+    out.pdf *= pick.probability;
+    const bool below = !receiver.twoSided && !(dot(out.wi, receiver.n) > 0.0F);
+    const bool usable = std::isfinite(out.pdf) && isFinite(out.radiance) && isFinite(out.wi);
+    if (below || !usable || isBlack(out.radiance)) {
+        out.pdf = 0.0F;
+    }
+    return out;
+}
+
+float LightSampler::pdfTriangle(std::uint32_t userId, const LightReceiver& receiver,
+                                const Float3& hit) const {
+    const auto& table = impl_->triangleOfUser;
+    const auto found =
+        std::lower_bound(table.begin(), table.end(), std::make_pair(userId, std::uint32_t{0}));
+    if (found == table.end() || found->first != userId) {
+        return 0.0F;
+    }
+    const auto entry = static_cast<std::uint32_t>(impl_->entryLight.size() + found->second);
+    return impl_->choice.probability(entry, receiver) *
+           shapeOf(impl_->triangles[found->second]).pdf(receiver.p, hit);
+}
+
+std::uint32_t LightSampler::shapeCount() const {
+    return static_cast<std::uint32_t>(impl_->shapes.size());
+}
+
+std::uint32_t LightSampler::lightOfShape(std::uint32_t shape) const {
+    return impl_->shapes[shape];
+}
+
+Bounds LightSampler::shapeBounds(std::uint32_t shape) const {
+    return impl_->lights[impl_->shapes[shape]]->bounds;
+}
+
+float LightSampler::intersectShape(std::uint32_t shape, const Float3& origin,
+                                   const Float3& direction, float tNear, float tFar) const {
+    return std::visit(
+        Overloaded{
+            [](const PointEmitter&) { return -1.0F; },
+            [](const DirectionEmitter&) { return -1.0F; },
+            [](const ConeShape<float>&) { return -1.0F; },
+            [](const DomeEmitter&) { return -1.0F; },
+            [&](const auto& s) { return s.intersect(origin, direction, tNear, tFar); },
+        },
+        impl_->lights[impl_->shapes[shape]]->emitter);
+}
+
+LightHit LightSampler::evaluateHit(std::uint32_t light, const LightReceiver& receiver,
+                                   const Float3& wi, float distance) const {
+    LightHit hit;
+    const PreparedLight& source = *impl_->lights[light];
+    hit.point = receiver.p + wi * distance;
+    const Surface surface = surfaceAt(source, hit.point);
+    hit.normal = surface.normal;
+    if (!(dot(wi, hit.normal) < 0.0F)) {
+        return hit;
+    }
+    hit.radiance = source.emitted(surface.uv, wi);
+    hit.pdf = impl_->choice.probability(impl_->lightEntry[light], receiver) *
+              shapePdf(source, receiver.p, wi, hit.point);
+    if (!isFinite(hit.radiance) || !std::isfinite(hit.pdf)) {
+        hit.radiance = Rgb(0.0F);
+        hit.pdf = 0.0F;
+    }
+    return hit;
+}
+
+std::uint32_t LightSampler::environmentCount() const {
+    return static_cast<std::uint32_t>(impl_->environments.size());
+}
+
+std::uint32_t LightSampler::lightOfEnvironment(std::uint32_t environment) const {
+    return impl_->environments[environment];
+}
+
+Rgb LightSampler::environmentRadiance(std::uint32_t environment, const Float3& wi) const {
+    const PreparedLight& light = *impl_->lights[impl_->environments[environment]];
+    if (const auto* dome = std::get_if<DomeEmitter>(&light.emitter)) {
+        return light.radiance * dome->map.value(dome->localDirection(wi));
+    }
+    const auto& cone = std::get<ConeShape<float>>(light.emitter);
+    return cone.pdf(wi) > 0.0F ? light.radiance : Rgb(0.0F);
+}
+
+float LightSampler::environmentPdf(std::uint32_t environment, const LightReceiver& receiver,
+                                   const Float3& wi) const {
+    const std::uint32_t index = impl_->environments[environment];
+    const PreparedLight& light = *impl_->lights[index];
+    const auto* dome = std::get_if<DomeEmitter>(&light.emitter);
+    const float pdf =
+        dome != nullptr ? dome->pdf(wi) : std::get<ConeShape<float>>(light.emitter).pdf(wi);
+    return impl_->choice.probability(impl_->lightEntry[index], receiver) * pdf;
+}
+
+Rgb LightSampler::environmentRadiance(const Float3& wi, bool cameraRay) const {
+    Rgb sum(0.0F);
+    for (std::uint32_t e = 0; e < impl_->environments.size(); ++e) {
+        if (!cameraRay || impl_->lights[impl_->environments[e]]->visibleToCamera) {
+            sum += environmentRadiance(e, wi);
+        }
+    }
+    return sum;
+}
+
+bool LightSampler::visibleToCamera(std::uint32_t light) const {
+    return impl_->lights[light]->visibleToCamera;
+}
+
+float LightSampler::diffuseMultiplier(std::uint32_t light) const {
+    return impl_->lights[light]->diffuse;
+}
+
+float LightSampler::specularMultiplier(std::uint32_t light) const {
+    return impl_->lights[light]->specular;
+}
+
+} // namespace mbfeat
