@@ -73,6 +73,13 @@ std::vector<float> gridMeans(const std::vector<float>& texels, int w, int h, int
     return grid;
 }
 
+/// Height of the polar cap above (upper) or below row edge number `edge` of `rows`.
+float capHeight(int edge, int rows, bool upper) {
+    const double fromPole = upper ? rows - edge : edge;
+    const double s = std::sin(0.5 * kPiExact * fromPole / rows);
+    return static_cast<float>(2.0 * s * s);
+}
+
 } // namespace
 
 Float2 latLongFromDirection(const Float3& d) {
