@@ -14,15 +14,15 @@ template <class T>
 struct SurfaceParameters {
     Vec3<T> diffuseColor{T(0.18F)};
     Vec3<T> emission{T(0)};
-    Vec3<T> specularColor{T(0)};  ///< F0 of the specular workflow
+    Vec3<T> specularColor{T(0)}; ///< F0 of the specular workflow
     Mask<T> useSpecularWorkflow = Mask<T>(false);
     T metallic{T(0)};
     T roughness{T(0.5F)};
     T clearcoat{T(0)};
     T clearcoatRoughness{T(0.01F)};
-    T opacity{T(1)};  ///< 1 - opacity is the weight of refraction (transparent mode)
+    T opacity{T(1)}; ///< 1 - opacity is the weight of refraction (transparent mode)
     T ior{T(1.5F)};
-    Vec3<T> tangentNormal{T(0), T(0), T(1)};  ///< normal map value, tangent space
+    Vec3<T> tangentNormal{T(0), T(0), T(1)}; ///< normal map value, tangent space
 };
 
 /// f * |cos(theta_i)| and the density of sampling wi, per solid angle. Delta lobes are not part.
@@ -30,7 +30,7 @@ struct SurfaceParameters {
 template <class T>
 struct BsdfValue {
     Vec3<T> diffuse{T(0)};
-    Vec3<T> specular{T(0)};  ///< every glossy lobe, reflected and transmitted
+    Vec3<T> specular{T(0)}; ///< every glossy lobe, reflected and transmitted
     T pdf{T(0)};
     Vec3<T> total() const { return diffuse + specular; }
 };
@@ -38,17 +38,18 @@ struct BsdfValue {
 template <class T>
 struct BsdfSample {
     Vec3<T> wi{T(0), T(0), T(1)};
-    Vec3<T> weight{T(0)};  ///< f |cos| / pdf of the whole mixture; of the lobe alone if delta
-    T pdf{T(0)};           ///< solid angle density; 0: absorbed. Of a delta lobe: its probability
+    Vec3<T> weight{T(0)}; ///< f |cos| / pdf of the whole mixture; of the lobe alone if delta
+    T pdf{T(0)};          ///< solid angle density; 0: absorbed. Of a delta lobe: its probability
     Mask<T> delta = Mask<T>(false);
     Mask<T> transmitted = Mask<T>(false);
     Mask<T> diffuse = Mask<T>(false);
-    T roughness{T(0)};  ///< of the lobe sampled; 1 for diffuse
-    T eta{T(1)};        ///< relative index crossed, for Russian roulette; 1 when reflected
-    /// Colour of the delta lobe without Fresnel and choice (tint), for the first-non-delta features.
+    T roughness{T(0)}; ///< of the lobe sampled; 1 for diffuse
+    T eta{T(1)};       ///< relative index crossed, for Russian roulette; 1 when reflected
+    /// Colour of the delta lobe without Fresnel and choice (tint), for the first-non-delta
+    /// features.
     Vec3<T> tint{T(1)};
 };
 
 // The closure itself, class Bsdf<T>, is in shading/previewSurface.h.
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -12,9 +12,9 @@ namespace mbfeat {
 /// Relative index across an interface, with the forms of it that formulas need.
 template <class T>
 struct RelativeIndex {
-    T eta{T(1)};         ///< n(other side) / n(this side)
+    T eta{T(1)}; ///< n(other side) / n(this side)
     T etaSquared{T(1)};
-    T k{T(0)};           ///< etaSquared - 1, to relative precision
+    T k{T(0)}; ///< etaSquared - 1, to relative precision
 
     /// `entering`: this side is the outside, so that the other side has index `ior`.
     static RelativeIndex make(const T& ior, const Mask<T>& entering) {
@@ -73,4 +73,4 @@ T fresnelDielectricAverage(const T& n) {
     return min(numerator / denominator, T(0.99F));
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -56,7 +56,7 @@ public:
             normalize(Vec3<T>(alpha_ * wo.x, alpha_ * wo.y, max(wo.z, T(1e-20F))));
         const T phi = T(kTwoPi) * u.x;
         const T span = T(1) + stretched.z;
-        const T drop = u.y * span;  // 1 - z of the point on the cap
+        const T drop = u.y * span; // 1 - z of the point on the cap
         const T sine = safeSqrt(drop * (T(2) - drop));
         const Vec3<T> h(fma(sine, cos(phi), stretched.x), fma(sine, sin(phi), stretched.y),
                         (T(1) - u.y) * span);
@@ -67,4 +67,4 @@ private:
     T alpha_, alphaSquared_;
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -18,8 +18,8 @@
 // glass is authored with a white diffuseColor.
 //
 // Energy. The diffuse lobe is (1 - F(wo)) (1 - F(wi)) / (1 - F_average) times Lambert's, F the
-// outside reflectance made grazing by roughness (specularCosine()); it is reciprocal, never adds
-// to more than 1 with the reflection, and exactly Lambert's where ior = 1. The clearcoat takes
+// outside reflectance as roughness leaves it (setDiffuse()); it is reciprocal, never adds to more
+// than 1 with the reflection, and is exactly Lambert's where ior = 1. The clearcoat takes
 // (1 - c F(w)) from what lies below for each direction that passes it. Rough lobes have single
 // scattering only and lose what the masked facets would have scattered further.
 // Reciprocity: f(wo, wi) = f(wi, wo) for every reflection, and f(wo, wi) = f'(wi, wo) / eta^2 for
@@ -30,29 +30,12 @@
 // normal h and, by the reflectance at h, reflects or refracts, so that glass has weights near 1.
 #pragma once
 
+#include "core/warp.h"
 #include "shading/bsdf.h"
 #include "shading/fresnel.h"
 #include "shading/microfacet.h"
 
 namespace mbfeat {
-
-/// A point of the cosine-weighted hemisphere with its density z / pi (Shirley & Chiu 1997,
-/// concentric mapping, then lifted). z > 0.
-template <class T>
-Vec3<T> sampleCosineHemisphere(const Vec2<T>& u) {
-    const T a = fma(T(2), u.x, T(-1));
-    const T b = fma(T(2), u.y, T(-1));
-    const Mask<T> wide = abs(a) > abs(b);
-    const T r = select(wide, a, b);
-    const T other = select(wide, b, a);
-    const T ratio = other / select(r == T(0), T(1), r);
-    const T quarter = T(0.25F * kPi) * ratio;
-    const T phi = select(wide, quarter, T(0.5F * kPi) - quarter);
-    const T radius = min(abs(r), T(kOneMinusEpsilon));
-    const T signedRadius = copysign(radius, r);
-    return {signedRadius * cos(phi), signedRadius * sin(phi),
-            sqrt((T(1) - radius) * (T(1) + radius))};
-}
 
 template <class T>
 class Bsdf {
@@ -87,6 +70,7 @@ private:
 
     static T mean(const Vec3<T>& c) { return (c.x + c.y + c.z) * T(1.0F / 3.0F); }
 
+    void setDiffuse();
     Interface interfaceAt(const T& c) const;
     Vec3<T> outsideReflectance(const T& c) const;
     Vec3<T> diffuseTransmittance(const T& cosine) const;
@@ -98,7 +82,6 @@ private:
                           const LobeProbabilities& choice) const;
     void setDelta(const Vec3<T>& wo, const LobeProbabilities& choice, const Mask<T>& coat,
                   const T& reflects, BsdfSample<T>& s) const;
-    T specularCosine(const T& cosine) const;
     void addDiffuse(const Vec3<T>& wo, const Vec3<T>& wi, const T& probability,
                     BsdfValue<T>& value) const;
     void addReflection(const Vec3<T>& wo, const Vec3<T>& wi, const LobeProbabilities& choice,
@@ -111,6 +94,8 @@ private:
     RelativeIndex<T> index_;    ///< from wo's side to the other
     T metal_, dielectric_;      ///< metallic and 1 - metallic; 0 and 1 in the specular workflow
     T coat_, coatBehind_;       ///< clearcoat weight on wo's side, and on the other
+    Vec3<T> normalReflectance_; ///< of the interface from outside, at normal incidence
+    T spread_;                  ///< see setDiffuse()
     Vec3<T> diffuse_;           ///< diffuse reflectance under the interface, normalised
     Vec3<T> tint_;              ///< colour of refraction with its weight
     T alpha_, coatAlpha_;
@@ -128,24 +113,45 @@ Bsdf<T>::Bsdf(const SurfaceParameters<T>& p, const Mask<T>& entering) : p_(p) {
     coat_ = p.clearcoat * select(entering, T(1), p.opacity);
     coatBehind_ = select(entering, T(0), p.clearcoat);
 
-    const Vec3<T> average = select<T>(
-        p.useSpecularWorkflow,
-        p.specularColor + (Vec3<T>(T(1)) - p.specularColor) * T(1.0F / 21.0F),
-        Vec3<T>(fresnelDielectricAverage(outside_.eta)));
-    const Vec3<T> below = Vec3<T>(T(1)) - average;
-    const Vec3<T> normalisation(T(1) / max(below.x, T(1e-6F)), T(1) / max(below.y, T(1e-6F)),
-                                T(1) / max(below.z, T(1e-6F)));
-    diffuse_ = p.diffuseColor * normalisation * (dielectric_ * p.opacity);
     tint_ = p.diffuseColor * (dielectric_ * (T(1) - p.opacity));
 
     alpha_ = p.roughness * p.roughness;
     coatAlpha_ = p.clearcoatRoughness * p.clearcoatRoughness;
+    setDiffuse();
     deltaReflection_ = alpha_ < T(kDeltaAlpha);
     deltaCoat_ = coatAlpha_ < T(kDeltaAlpha);
     // A facet tilted by t turns the refracted ray by about (1 - 1/eta) t, and the half vector is
     // recovered from a difference of that length: the same limit applies to the product.
     const T bend = abs(index_.k) / ((index_.eta + T(1)) * max(index_.eta, T(1)));
     deltaRefraction_ = alpha_ * bend < T(kDeltaAlpha);
+}
+
+/// The diffuse lobe under a rough interface.
+///
+/// At grazing angles rough facets reflect less than F at the angle to the normal: F is taken at a
+/// cosine c' with c'^2 = c^2 + k alpha sin^2 alpha^2 / (alpha^2 + 0.2 c^2). The constant k and the
+/// factor below on the average are fitted so that diffuse and reflected light of a white surface
+/// never add to more than 1 (quadrature over roughness, angle, ior and F0), nor lose more than
+/// 13 % at the worst angle. No less than the reflectance at normal incidence is taken away, since
+/// at a high index F has a minimum at Brewster's angle that rough facets average out.
+template <class T>
+void Bsdf<T>::setDiffuse() {
+    const T x = (outside_.eta - T(1)) / (outside_.eta + T(1));
+    const T shape =
+        select(p_.useSpecularWorkflow, T(0.6F), min(min(T(8) * x, T(1.5F) * (T(1) - x)), T(1)));
+    const T strength = shape * min(fma(T(1.4F), alpha_, T(0.14F)), T(0.2F));
+    spread_ = strength * alpha_ * alpha_ * alpha_;
+
+    normalReflectance_ = outsideReflectance(T(1));
+    const Vec3<T> schlick = p_.specularColor + (Vec3<T>(T(1)) - p_.specularColor) * T(1.0F / 21.0F);
+    const Vec3<T> average =
+        select<T>(p_.useSpecularWorkflow, schlick, Vec3<T>(fresnelDielectricAverage(outside_.eta)));
+    const Vec3<T> edge = (average - normalReflectance_) * fma(T(-0.75F), p_.roughness, T(1));
+    for (int channel = 0; channel < 3; ++channel) {
+        const T reflected = min(average[channel], normalReflectance_[channel] + edge[channel]);
+        diffuse_[channel] =
+            p_.diffuseColor[channel] * dielectric_ * p_.opacity / max(T(1) - reflected, T(1e-3F));
+    }
 }
 
 template <class T>
@@ -162,28 +168,26 @@ typename Bsdf<T>::Interface Bsdf<T>::interfaceAt(const T& c) const {
     if (any(towardsThinner && p_.opacity < T(1))) {
         const T gSquared = index_.refractedSquared(c);
         const T cosineThinner = safeSqrt(gSquared) / index_.eta;
-        const Vec3<T> schlick = select<T>(gSquared > T(0),
-                                          fresnelSchlick(p_.specularColor, cosineThinner),
-                                          Vec3<T>(T(1)));
-        directed = select<T>(p_.useSpecularWorkflow, schlick,
-                             Vec3<T>(fresnelDielectric(index_, c)));
+        const Vec3<T> schlick = select<T>(
+            gSquared > T(0), fresnelSchlick(p_.specularColor, cosineThinner), Vec3<T>(T(1)));
+        directed =
+            select<T>(p_.useSpecularWorkflow, schlick, Vec3<T>(fresnelDielectric(index_, c)));
         directed = select<T>(towardsThinner, directed, out);
     }
     const Vec3<T> body = lerp(p_.opacity, directed, out);
-    return {p_.diffuseColor * metal_ + body * dielectric_,
-            tint_ * (Vec3<T>(T(1)) - directed)};
+    return {p_.diffuseColor * metal_ + body * dielectric_, tint_ * (Vec3<T>(T(1)) - directed)};
 }
 
-/// The cosine at which reflection is taken away from the diffuse lobe: rough facets face away from
-/// the normal and reflect more than it would.
-template <class T>
-T Bsdf<T>::specularCosine(const T& cosine) const {
-    return cosine;
-}
-
+/// What the interface lets through to the diffuse base, per direction.
 template <class T>
 Vec3<T> Bsdf<T>::diffuseTransmittance(const T& cosine) const {
-    return Vec3<T>(T(1)) - outsideReflectance(specularCosine(cosine));
+    const T squared = cosine * cosine;
+    const T tilt =
+        spread_ * (T(1) - squared) / max(fma(T(0.2F), squared, alpha_ * alpha_), T(1e-20F));
+    const Vec3<T> reflected = outsideReflectance(sqrt(max(squared + tilt, T(0))));
+    return Vec3<T>(T(1) - max(reflected.x, normalReflectance_.x),
+                   T(1) - max(reflected.y, normalReflectance_.y),
+                   T(1) - max(reflected.z, normalReflectance_.z));
 }
 
 template <class T>
@@ -248,8 +252,8 @@ void Bsdf<T>::addReflection(const Vec3<T>& wo, const Vec3<T>& wi, const LobeProb
     const Mask<T> base = valid && !deltaReflection_;
     const T scale = ggx.density(h) * ggx.visibility(wo, wi) * wi.z * coatTransmittance(wo, wi);
     value.specular += select<T>(base, interface.reflected * scale, Vec3<T>(T(0)));
-    value.pdf += select(base, choice.interface * reflects * T(0.25F) * ggx.visibleDensity(wo, h),
-                        T(0));
+    value.pdf +=
+        select(base, choice.interface * reflects * T(0.25F) * ggx.visibleDensity(wo, h), T(0));
 
     const Mask<T> coat = valid && !deltaCoat_ && coat_ > T(0);
     if (any(coat)) {
@@ -287,8 +291,8 @@ void Bsdf<T>::addRefraction(const Vec3<T>& wo, const Vec3<T>& wi, const T& proba
                     coatTransmittance(wo, wi);
     value.specular += select<T>(valid, interface.refracted * scale, Vec3<T>(T(0)));
     value.pdf += select(valid,
-                        probability * refracts * c * ggx.visibleDensity(wo, h) *
-                            index_.etaSquared * jacobian,
+                        probability * refracts * c * ggx.visibleDensity(wo, h) * index_.etaSquared *
+                            jacobian,
                         T(0));
 }
 
@@ -325,13 +329,13 @@ BsdfSample<T> Bsdf<T>::sample(const Vec3<T>& wo, const T& uLobe, const Vec2<T>& 
     // The facet, and what the interface does there.
     const Mask<T> mirror = (coat && deltaCoat_) || (!coat && deltaReflection_);
     const Vec3<T> up(T(0), T(0), T(1));
-    const Vec3<T> rough =
-        Ggx<T>(select(coat, coatAlpha_, alpha_)).sampleVisible(wo, u);
+    const Vec3<T> rough = Ggx<T>(select(coat, coatAlpha_, alpha_)).sampleVisible(wo, u);
     const Vec3<T> facet = select<T>(mirror, up, rough);
     const T decision = select(deltaRefraction_, wo.z, clamp(dot(wo, facet), T(0), T(1)));
     const T reflects = reflectProbability(decision);
-    const T uInterface = min((uLobe - choice.coat - choice.diffuse) / max(choice.interface, T(1e-20F)),
-                             T(kOneMinusEpsilon));
+    const T uInterface =
+        min((uLobe - choice.coat - choice.diffuse) / max(choice.interface, T(1e-20F)),
+            T(kOneMinusEpsilon));
     const Mask<T> refracted = interface && !(uInterface < reflects);
     const Mask<T> deltaRefracted = refracted && deltaRefraction_;
     const Vec3<T> h = select<T>(deltaRefracted, up, facet);
@@ -339,10 +343,9 @@ BsdfSample<T> Bsdf<T>::sample(const Vec3<T>& wo, const T& uLobe, const Vec2<T>& 
     // Directions. Refraction: t = (-wo + (c - g) h) / eta with c - g = -k / (c + g).
     const T c = clamp(dot(wo, h), T(0), T(1));
     const T g = safeSqrt(index_.refractedSquared(c));
-    const Vec3<T> through =
-        (-wo - h * (index_.k / max(c + g, T(1e-20F)))) * (T(1) / index_.eta);
+    const Vec3<T> through = (-wo - h * (index_.k / max(c + g, T(1e-20F)))) * (T(1) / index_.eta);
     const Vec3<T> mirrored = h * (T(2) * c) - wo;
-    const Vec3<T> bounced = select<T>(diffuse, sampleCosineHemisphere(u), mirrored);
+    const Vec3<T> bounced = select<T>(diffuse, cosineHemisphere(u), mirrored);
 
     BsdfSample<T> s;
     s.wi = select<T>(refracted, through, bounced);
@@ -372,12 +375,10 @@ void Bsdf<T>::setDelta(const Vec3<T>& wo, const LobeProbabilities& choice, const
     const T through = coatTransmittance(wo, s.wi);
     const Vec3<T> reflection = interface.reflected * through;
     const Vec3<T> refraction = interface.refracted * (through / index_.etaSquared);
-    const Vec3<T> value =
-        select<T>(coat, Vec3<T>(coatReflectance(wo.z)),
-                  select<T>(s.transmitted, refraction, reflection));
-    const T probability =
-        select(coat, choice.coat,
-               choice.interface * select(s.transmitted, T(1) - reflects, reflects));
+    const Vec3<T> value = select<T>(coat, Vec3<T>(coatReflectance(wo.z)),
+                                    select<T>(s.transmitted, refraction, reflection));
+    const T probability = select(
+        coat, choice.coat, choice.interface * select(s.transmitted, T(1) - reflects, reflects));
     const Mask<T> valid = s.delta && probability > T(0) && wo.z > T(0);
     const Vec3<T> weight = value / max(probability, T(1e-30F));
     s.weight = select<T>(s.delta, select<T>(valid, weight, Vec3<T>(T(0))), s.weight);
@@ -388,8 +389,8 @@ void Bsdf<T>::setDelta(const Vec3<T>& wo, const LobeProbabilities& choice, const
         select<T>(strongest > T(0), p_.specularColor / max(strongest, T(1e-20F)), Vec3<T>(T(1)));
     const Vec3<T> metalTint = lerp(metal_, Vec3<T>(T(1)), p_.diffuseColor);
     const Vec3<T> mirrorTint = select<T>(p_.useSpecularWorkflow, specularTint, metalTint);
-    const Vec3<T> tint = select<T>(coat, Vec3<T>(T(1)),
-                                   select<T>(s.transmitted, p_.diffuseColor, mirrorTint));
+    const Vec3<T> tint =
+        select<T>(coat, Vec3<T>(T(1)), select<T>(s.transmitted, p_.diffuseColor, mirrorTint));
     s.tint = select<T>(s.delta, tint, Vec3<T>(T(1)));
 }
 
@@ -408,4 +409,4 @@ Vec3<T> Bsdf<T>::albedo() const {
     return select<T>(p_.useSpecularWorkflow, under + p_.specularColor, p_.diffuseColor);
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat
