@@ -128,6 +128,14 @@ std::vector<std::string> settingNames() {
     return names;
 }
 
+/// The table's name that is nearest to a wrong one, which may lack the prefix.
+std::string nearestSetting(const std::string& name) {
+    if (name.compare(0, kPrefix.size(), kPrefix) == 0) {
+        return nearestName(name, settingNames());
+    }
+    return nearestName(std::string(kPrefix) + name, settingNames());
+}
+
 std::string_view trimmed(std::string_view text) {
     constexpr std::string_view kBlank = " \t\r\n";
     const std::size_t first = text.find_first_not_of(kBlank);
@@ -317,8 +325,8 @@ Status Settings::set(SettingSource source, const std::string& name, const Settin
     const std::string origin = std::string(" (") + settingSourceName(source) + ")";
     if (descriptor == nullptr) {
         return Error{name, "there is no setting of that name" + origin +
-                               "; it is ignored. The nearest is " +
-                               quoted(nearestName(name, settingNames())) + "."};
+                               "; it is ignored. The nearest is " + quoted(nearestSetting(name)) +
+                               "."};
     }
     Result<SettingValue> result = converted(*descriptor, value);
     if (!result) {

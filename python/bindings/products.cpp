@@ -22,13 +22,28 @@ std::vector<std::string> problems(const ProductSpec& product) {
     return texts;
 }
 
-void write(const ProductSpec& product, const FilmHandle& handle, const RenderReport& report) {
+std::vector<std::string> write(const ProductSpec& product, const FilmHandle& handle,
+                               const RenderReport& report) {
     Status status;
+    Diagnostics diagnostics;
     {
         const nb::gil_scoped_release release;
-        status = writeProduct(product, *handle.film, report);
+        status = writeProduct(product, *handle.film, report, &diagnostics);
     }
     check(status);
+    std::vector<std::string> warnings;
+    for (const Message& message : diagnostics.messages()) {
+        warnings.push_back(message.subject + ": " + message.text);
+    }
+    return warnings;
+}
+
+nb::list settings(const RenderReport& report) {
+    nb::list rows;
+    for (const Settings::Resolved& row : report.settings) {
+        rows.append(nb::make_tuple(row.name, toString(row.value), row.source));
+    }
+    return rows;
 }
 
 void bindReport(nb::module_& module) {
@@ -42,6 +57,9 @@ void bindReport(nb::module_& module) {
         .def_ro("warnings", &RenderReport::warnings)
         .def_ro("interrupted", &RenderReport::interrupted)
         .def_prop_ro("total_seconds", &RenderReport::totalSeconds)
+        .def_prop_ro("settings", &settings,
+                     nb::sig("def settings(self) -> list[tuple[str, str, SettingSource]]"),
+                     "Name, value as text, and who set it, in table order.")
         .def_prop_ro("effects", [](const RenderReport& r) { return r.census.present; })
         .def_prop_ro("triangles", [](const RenderReport& r) { return r.census.triangles; })
         .def_prop_ro("instances", [](const RenderReport& r) { return r.census.instances; })
@@ -52,6 +70,42 @@ void bindReport(nb::module_& module) {
         .def_prop_ro("non_finite", [](const RenderReport& r) { return r.trace.nonFinite; })
         .def("json", &RenderReport::json)
         .def("header_attributes", &RenderReport::headerAttributes);
+}
+
+void bindLayout(nb::module_& module) {
+    nb::class_<AovLayoutEntry>(module, "AovLayoutEntry", "The channels of one AOV in a file.")
+        .def_ro("aov", &AovLayoutEntry::aov)
+        .def_ro("layer", &AovLayoutEntry::layer)
+        .def_ro("type", &AovLayoutEntry::type)
+        .def_ro("vertex", &AovLayoutEntry::vertex)
+        .def_ro("channels", &AovLayoutEntry::channels)
+        .def_ro("doc", &AovLayoutEntry::doc)
+        .def_ro("bytes", &AovLayoutEntry::bytes)
+        .def_ro("part", &AovLayoutEntry::part);
+    nb::class_<AovLayout>(module, "AovLayout", "What is in a file, or will be.")
+        .def_ro("deep", &AovLayout::deep)
+        .def_ro("parts", &AovLayout::parts)
+        .def_ro("compression", &AovLayout::compression)
+        .def_ro("layers", &AovLayout::layers)
+        .def_ro("attributes", &AovLayout::attributes)
+        .def_prop_ro("bytes", &AovLayout::bytes, "Of a pixel or deep sample, uncompressed.")
+        .def_prop_ro(
+            "resolution",
+            [](const AovLayout& l) { return nb::make_tuple(l.window.width, l.window.height); },
+            nb::sig("def resolution(self) -> tuple[int, int]"))
+        .def_prop_ro(
+            "data_window",
+            [](const AovLayout& l) {
+                const PixelRect& r = l.window.data;
+                return nb::make_tuple(r.x, r.y, r.width, r.height);
+            },
+            nb::sig("def data_window(self) -> tuple[int, int, int, int]"));
+    module.def("describe_product", &describeProduct, "product"_a,
+               "The layout that write_product gives a product.");
+    module.def(
+        "describe_product_file",
+        [](const std::string& path) { return unwrap(describeProductFile(path)); }, "path"_a,
+        "The layout of an EXR file, ours or not; Error when it cannot be read.");
 }
 
 } // namespace
@@ -92,10 +146,12 @@ void bindProducts(nb::module_& module) {
         .def_rw("multi_part", &ProductSpec::multiPart)
         .def_rw("attributes", &ProductSpec::attributes);
 
+    bindLayout(module);
     module.def("validate_product", &problems, "product"_a,
                "What is wrong with a product, each naming prim or file.");
     module.def("write_product", &write, "product"_a, "film"_a, "report"_a,
-               "Writes the file beside its target and renames it; Error when it cannot.");
+               "Writes the file beside its target and renames it; returns warnings. Error when it "
+               "cannot.");
     module.def("check_product_file", &checkProductFile, "path"_a,
                "What differs between the file's channels and the AOV table; empty: nothing.");
 }
