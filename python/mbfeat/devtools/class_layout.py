@@ -125,6 +125,8 @@ def _class(name: str, entry: _Entry, entries: dict[int, _Entry], file: str) -> C
             else:
                 offset = child.number("data_bit_offset") // 8
             result.members.append(Member(text, offset, _size(_target(child, entries), entries)))
+        elif child.tag == "subprogram" and "artificial" in child.attributes:
+            continue  # implicit: it follows from the members
         elif child.tag == "subprogram" and "linkage_name" in child.attributes:
             result.methods.append(_method(child, entries))
     return result

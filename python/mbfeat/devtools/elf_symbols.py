@@ -91,10 +91,8 @@ class ElfFile:
             tables[name] = slots[_TABLE_HEADER_WORDS:]
         return tables
 
-    def _relocated_words(
-        self, symbols: Iterable[Symbol]
-    ) -> dict[tuple[int, int], frozenset[str]]:
-        """Names at the relocated words inside the symbols, by section and address (offset in .o)."""
+    def _relocated_words(self, symbols: Iterable[Symbol]) -> dict[tuple[int, int], frozenset[str]]:
+        """Names at the relocated words inside the symbols, by section and address (.o: offset)."""
         words = {
             (symbol.section, word)
             for symbol in symbols
