@@ -19,6 +19,7 @@
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -69,6 +70,7 @@ struct HdDisplayStyle {
     bool materialIsFinal;
 };
 HYDRA_INTERFACE_SIZE(HdDisplayStyle, 12, 4);
+static_assert(std::is_trivially_copyable_v<HdDisplayStyle>);
 
 /// Name, interpolation and role of one primvar. The constructors are user-provided on purpose:
 /// HdExtComputationPrimvarDescriptor lies partly in this class's tail padding.

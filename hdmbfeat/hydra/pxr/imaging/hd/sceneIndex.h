@@ -31,6 +31,7 @@ HYDRA_INTERFACE_SIZE(HdSceneIndexPrim, 24, 8);
 /// A scene as a tree of prims that can be asked. Held by TfRefPtr, made by the library only.
 class HdSceneIndexBase : public TfRefBase, public TfWeakBase {
 public:
+    HdSceneIndexBase();
     ~HdSceneIndexBase() override;
 
     virtual HdSceneIndexPrim GetPrim(const SdfPath& primPath) const = 0;
@@ -39,7 +40,6 @@ public:
     std::string GetDisplayName() const;
 
 protected:
-    HdSceneIndexBase();
     virtual void _SystemMessage(const TfToken& messageType, const HdDataSourceBaseHandle& args);
 
 private:

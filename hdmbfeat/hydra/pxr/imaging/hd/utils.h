@@ -16,6 +16,9 @@ namespace HdUtils {
 bool HasActiveRenderSettingsPrim(const HdSceneIndexBaseRefPtr& sceneIndex,
                                  SdfPath* primPath = nullptr);
 
+/// The frame that the host renders, where it told one: false when not.
+bool GetCurrentFrame(const HdSceneIndexBaseRefPtr& sceneIndex, double* frame);
+
 /// Tokens, arrays of tokens and nested dictionaries become data sources of those types.
 HdContainerDataSourceHandle ConvertVtDictionaryToContainerDS(const VtDictionary& dictionary);
 

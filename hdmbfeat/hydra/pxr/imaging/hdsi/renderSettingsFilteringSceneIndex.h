@@ -20,6 +20,7 @@ public:
         const HdContainerDataSourceHandle& inputArgs);
 
     HdsiRenderSettingsFilteringSceneIndex() = delete;
+    ~HdsiRenderSettingsFilteringSceneIndex() override;
     HdSceneIndexPrim GetPrim(const SdfPath& primPath) const override;
     SdfPathVector GetChildPrimPaths(const SdfPath& primPath) const override;
 
