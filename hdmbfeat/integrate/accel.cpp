@@ -19,10 +19,13 @@ void deviceError(void* diagnostics, RTCError code, const char* text) {
 }
 
 bool keepBuilding(void* stop, double /*fraction*/) {
-    return stop == nullptr || !static_cast<const std::atomic<bool>*>(stop)->load();
+    const StopCheck& shouldStop = *static_cast<const StopCheck*>(stop);
+    return !shouldStop || !shouldStop();
 }
 
-bool stopRequested(const std::atomic<bool>* stop) { return stop != nullptr && stop->load(); }
+bool stopRequested(const StopCheck& shouldStop) {
+    return shouldStop && shouldStop();
+}
 
 void lightBoundsCallback(const RTCBoundsFunctionArguments* arguments) {
     const auto& lights = *static_cast<const LightSampler*>(arguments->geometryUserPtr);
@@ -79,6 +82,11 @@ bool sameTransforms(const std::vector<AffineD>& a, const std::vector<AffineD>& b
            });
 }
 
+/// Infinity norm of the linear part: the largest row sum of the column-vector matrix.
+double linearNorm(const AffineD& m) {
+    return maxComponent(abs(m.x) + abs(m.y) + abs(m.z));
+}
+
 EmbreeGeometry triangleGeometry(RTCDevice device, const std::vector<Float3>& points,
                                 const Mesh& mesh) {
     EmbreeGeometry geometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE));
@@ -92,49 +100,55 @@ EmbreeGeometry triangleGeometry(RTCDevice device, const std::vector<Float3>& poi
     return geometry;
 }
 
-}  // namespace
+} // namespace
 
-Accel::Accel(Diagnostics& diagnostics)
-    : diagnostics_(diagnostics), device_(rtcNewDevice(nullptr)) {
+Accel::Accel(Diagnostics& diagnostics) : diagnostics_(diagnostics), device_(rtcNewDevice(nullptr)) {
     rtcSetDeviceErrorFunction(device_.get(), deviceError, &diagnostics_);
 }
 
 Accel::~Accel() = default;
 
-EmbreeScene Accel::newScene(bool topLevel) const {
+EmbreeScene Accel::newScene() const {
     EmbreeScene scene(rtcNewScene(device_.get()));
     rtcSetSceneFlags(scene.get(), robust_ ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
-    rtcSetSceneBuildQuality(scene.get(),
-                            topLevel ? RTC_BUILD_QUALITY_MEDIUM : RTC_BUILD_QUALITY_MEDIUM);
+    rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_MEDIUM);
     return scene;
 }
 
+void Accel::placeInstances(AccelGeometry& record) const {
+    record.toRender.clear();
+    record.instanceMirrored.clear();
+    record.inverseError.clear();
+    for (const AffineD& toWorld : record.source->transforms) {
+        record.toRender.push_back(renderTransform(toWorld, origin_));
+        record.instanceMirrored.push_back(toWorld.determinant() < 0.0);
+        constexpr double kRoundings = 6.0 * 0x1p-24;
+        record.inverseError.push_back(
+            static_cast<float>(kRoundings * linearNorm(toWorld) * linearNorm(toWorld.inverse())));
+    }
+}
+
 std::unique_ptr<AccelGeometry> Accel::build(const CommittedGeometry& committed,
-                                            const Double3& origin,
-                                            const std::atomic<bool>* stop) {
+                                            const StopCheck& shouldStop) {
     auto record = std::make_unique<AccelGeometry>();
     record->source = committed.source;
     record->mesh = committed.source->mesh;
     record->instanced = committed.source->instanced;
-    for (const AffineD& toWorld : committed.source->transforms) {
-        record->toRender.push_back(renderTransform(toWorld, origin));
-    }
     const Mesh& mesh = *record->mesh;
     if (record->instanced) {
-        for (const AffineD& toWorld : committed.source->transforms) {
-            record->instanceMirrored.push_back(toWorld.determinant() < 0.0);
-        }
-        record->prototype = newScene(false);
+        placeInstances(*record);
+        record->prototype = newScene();
         record->geometry = triangleGeometry(device_.get(), mesh.points, mesh);
         rtcAttachGeometryByID(record->prototype.get(), record->geometry.get(), 0);
         rtcSetSceneProgressMonitorFunction(record->prototype.get(), keepBuilding,
-                                           const_cast<std::atomic<bool>*>(stop));
+                                           const_cast<StopCheck*>(&shouldStop));
         rtcCommitScene(record->prototype.get());
         rtcSetSceneProgressMonitorFunction(record->prototype.get(), nullptr, nullptr);
     } else {
         AffineD transform = committed.source->transforms.front();
+        record->toRender.push_back(renderTransform(transform, origin_));
         record->mirrored = transform.determinant() < 0.0;
-        transform.t = transform.t - origin;
+        transform.t = transform.t - origin_;
         record->bakedPoints.reserve(mesh.points.size() + 1);
         for (const Float3& p : mesh.points) {
             record->bakedPoints.emplace_back(Float3(transform.point(Double3(p))));
@@ -144,22 +158,15 @@ std::unique_ptr<AccelGeometry> Accel::build(const CommittedGeometry& committed,
     return record;
 }
 
-bool Accel::commit(const Scene& scene, bool geometryChanged, bool robust,
-                   const std::atomic<bool>* stop) {
-    if (complete_ && !geometryChanged && robust == robust_) {
-        return true;
-    }
+bool Accel::commit(const Scene& scene, bool robust, const StopCheck& shouldStop) {
     const bool originMoved = !(origin_ == scene.origin());
     const bool rebuildAll = robust != robust_;
-    complete_ = false;
     robust_ = robust;
 
     std::unordered_map<std::string, std::unique_ptr<AccelGeometry>> old;
     for (std::unique_ptr<AccelGeometry>& record : geometries_) {
-        if (record) {
-            const std::string path = record->source->path;
-            old.emplace(path, std::move(record));
-        }
+        const std::string path = record->source->path;
+        old.emplace(path, std::move(record));
     }
     geometries_.clear();
     origin_ = scene.origin();
@@ -180,18 +187,18 @@ bool Accel::commit(const Scene& scene, bool geometryChanged, bool robust,
         } else if (sameMesh && record->instanced) {
             // The prototype stays; only its instances move.
             record->source = committed.source;
-            record->toRender.clear();
-            record->instanceMirrored.clear();
-            for (const AffineD& toWorld : committed.source->transforms) {
-                record->toRender.push_back(renderTransform(toWorld, origin_));
-                record->instanceMirrored.push_back(toWorld.determinant() < 0.0);
-            }
+            placeInstances(*record);
         } else {
-            record = build(committed, origin_, stop);
+            record = build(committed, shouldStop);
+            if (stopRequested(shouldStop)) {
+                record.reset(); // its BVH may be half built
+            }
         }
-        if (stopRequested(stop)) {
+        if (stopRequested(shouldStop)) {
             // What was not reached is built by the next call; what was reached is kept.
-            geometries_.push_back(std::move(record));
+            if (record) {
+                geometries_.push_back(std::move(record));
+            }
             for (auto& [path, unused] : old) {
                 geometries_.push_back(std::move(unused));
             }
@@ -200,7 +207,31 @@ bool Accel::commit(const Scene& scene, bool geometryChanged, bool robust,
         geometries_.push_back(std::move(record));
     }
     bindMaterials(scene);
+    updateBounds();
     return true;
+}
+
+void Accel::updateBounds() {
+    bounds_ = Bounds();
+    for (const std::unique_ptr<AccelGeometry>& record : geometries_) {
+        if (!record->instanced) {
+            for (const Float3& p : record->bakedPoints) {
+                bounds_.add(p);
+            }
+            continue;
+        }
+        Bounds box;
+        for (const Float3& p : record->mesh->points) {
+            box.add(p);
+        }
+        for (const AffineF& toRender : record->toRender) {
+            for (int corner = 0; corner < 8; ++corner) {
+                bounds_.add(toRender.point({(corner & 1) != 0 ? box.lower.x : box.upper.x,
+                                            (corner & 2) != 0 ? box.lower.y : box.upper.y,
+                                            (corner & 4) != 0 ? box.lower.z : box.upper.z}));
+            }
+        }
+    }
 }
 
 void Accel::bindMaterials(const Scene& scene) {
@@ -212,10 +243,12 @@ void Accel::bindMaterials(const Scene& scene) {
         const CommittedGeometry& committed = scene.geometries()[i];
         record.source = committed.source;
         record.bindings.clear();
+        record.materials.clear();
         record.mayCutOut = false;
         record.emits = false;
         for (const std::uint32_t index : committed.materials) {
-            const Material& material = *scene.materials()[index];
+            record.materials.push_back(scene.materials()[index]);
+            const Material& material = *record.materials.back();
             record.bindings.push_back(
                 bindMaterial(material, *record.mesh, record.source->path, diagnostics_));
             record.mayCutOut = record.mayCutOut || material.mayCutOut();
@@ -302,9 +335,9 @@ void Accel::attach(std::uint32_t index) {
     }
 }
 
-bool Accel::commitLights(const LightSampler& lights, const std::atomic<bool>* stop) {
+bool Accel::commitTop(const LightSampler& lights, const StopCheck& shouldStop) {
     lights_ = &lights;
-    top_ = newScene(true);
+    top_ = newScene();
     topEntries_.clear();
     for (std::uint32_t i = 0; i < geometries_.size(); ++i) {
         attach(i);
@@ -320,16 +353,11 @@ bool Accel::commitLights(const LightSampler& lights, const std::atomic<bool>* st
         rtcAttachGeometryByID(top_.get(), shapes.get(), static_cast<unsigned>(topEntries_.size()));
         topEntries_.push_back({0, 0, true});
     }
-    return commitTop(stop);
-}
-
-bool Accel::commitTop(const std::atomic<bool>* stop) {
     rtcSetSceneProgressMonitorFunction(top_.get(), keepBuilding,
-                                       const_cast<std::atomic<bool>*>(stop));
+                                       const_cast<StopCheck*>(&shouldStop));
     rtcCommitScene(top_.get());
     rtcSetSceneProgressMonitorFunction(top_.get(), nullptr, nullptr);
-    complete_ = !stopRequested(stop);
-    return complete_;
+    return !stopRequested(shouldStop);
 }
 
 RayHit Accel::intersect(const Float3& origin, const Float3& direction, float tNear, float tFar,
@@ -372,8 +400,7 @@ RayHit Accel::intersect(const Float3& origin, const Float3& direction, float tNe
     return hit;
 }
 
-bool Accel::occluded(const Float3& origin, const Float3& direction, float tNear,
-                     float tFar) const {
+bool Accel::occluded(const Float3& origin, const Float3& direction, float tNear, float tFar) const {
     RTCRay ray;
     ray.org_x = origin.x;
     ray.org_y = origin.y;
@@ -390,4 +417,4 @@ bool Accel::occluded(const Float3& origin, const Float3& direction, float tNear,
     return embreeOccluded(top_.get(), ray);
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -7,13 +7,14 @@
 // Threads: commit() by one thread while nothing traces; the rest by any.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
+#include "core/bounds.h"
 #include "integrate/embree.h"
 #include "scene/scene.h"
 #include "shading/lightSampler.h"
@@ -21,16 +22,19 @@
 
 namespace mbfeat {
 
+/// Polled by long work; true ends it early.
+using StopCheck = std::function<bool()>;
+
 /// What a ray met, as indices.
 struct RayHit {
     enum class Kind : std::uint8_t { kNone, kSurface, kLight };
     Kind kind = Kind::kNone;
     float t = 0.0F;
-    std::uint32_t geometry = 0;  ///< index into Accel::geometries(), for surfaces
-    std::uint32_t instance = 0;  ///< index into the geometry's transforms
+    std::uint32_t geometry = 0; ///< index into Accel::geometries(), for surfaces
+    std::uint32_t instance = 0; ///< index into the geometry's transforms
     std::uint32_t triangle = 0;
-    float b1 = 0.0F, b2 = 0.0F;  ///< barycentric weights of corners 1 and 2
-    std::uint32_t light = 0;     ///< index of the analytic light, for lights
+    float b1 = 0.0F, b2 = 0.0F; ///< barycentric weights of corners 1 and 2
+    std::uint32_t light = 0;    ///< index of the analytic light, for lights
 };
 
 /// A prim in the acceleration structure.
@@ -39,11 +43,15 @@ struct AccelGeometry {
     std::shared_ptr<const Mesh> mesh;
     /// Material of each slot, bound to the mesh's primvars.
     std::vector<MaterialBinding> bindings;
+    std::vector<std::shared_ptr<const Material>> materials; ///< what the bindings point to
     bool instanced = false;
     std::vector<AffineF> toRender;      ///< object to render space, one a transform
     std::vector<Float3> bakedPoints;    ///< render space; only when not instanced
     bool mirrored = false;              ///< the one transform of a plain prim mirrors
     std::vector<bool> instanceMirrored; ///< per transform when instanced
+    /// Per transform when instanced: relative error of taking a ray to object space and its hit
+    /// back, a few roundings times the condition of the linear part.
+    std::vector<float> inverseError;
     bool mayCutOut = false;
     bool emits = false;
     /// Index of the emissive triangle entry of (instance 0, triangle); empty when nothing emits.
@@ -52,8 +60,8 @@ struct AccelGeometry {
     std::int32_t emissiveBase = 0;
     std::int32_t emissiveCount = 0;
 
-    EmbreeGeometry geometry;  ///< triangles, attached to the top or to `prototype`
-    EmbreeScene prototype;    ///< only when instanced
+    EmbreeGeometry geometry; ///< triangles, attached to the top or to `prototype`
+    EmbreeScene prototype;   ///< only when instanced
 
     bool isMirrored(std::uint32_t instance) const {
         return instanced ? instanceMirrored[instance] : mirrored;
@@ -70,16 +78,17 @@ public:
     explicit Accel(Diagnostics& diagnostics);
     ~Accel();
 
-    /// Brings the structure up to the scene's committed state. Returns false when `stop` (may be
-    /// null) became true before it was complete; the next call goes on.
-    bool commit(const Scene& scene, bool geometryChanged, bool robust,
-                const std::atomic<bool>* stop);
+    /// Brings the structure up to the scene's committed state. Returns false when `shouldStop` (may
+    /// be empty) said so before it was complete; the next call goes on.
+    bool commit(const Scene& scene, bool robust, const StopCheck& shouldStop);
     /// (Re)binds materials to meshes after material edits.
     void bindMaterials(const Scene& scene);
     /// Triangles with an emissive material, for the light sampler, in render space.
     std::vector<EmissiveTriangle> collectEmissiveTriangles();
-    /// Adds the analytic lights. `lights` must outlive the structure or the next call.
-    bool commitLights(const LightSampler& lights, const std::atomic<bool>* stop);
+    /// Builds the top level over all prims and the analytic lights, which must outlive it. False
+    /// when `shouldStop` said so: call it again before tracing.
+    bool commitTop(const LightSampler& lights, const StopCheck& shouldStop);
+    bool robust() const { return robust_; }
 
     /// Direction of any length; distances are in units of it. `coherent` for camera rays.
     RayHit intersect(const Float3& origin, const Float3& direction, float tNear, float tFar,
@@ -91,6 +100,8 @@ public:
     bool mayCutOut() const { return mayCutOut_; }
     std::size_t triangleCount() const { return triangles_; }
     std::size_t instanceCount() const { return instances_; }
+    /// Of all surfaces, render space.
+    const Bounds& bounds() const { return bounds_; }
 
 private:
     struct TopEntry {
@@ -98,24 +109,25 @@ private:
         bool isLights = false;
     };
 
-    std::unique_ptr<AccelGeometry> build(const CommittedGeometry& committed, const Double3& origin,
-                                         const std::atomic<bool>* stop);
+    void placeInstances(AccelGeometry& record) const;
+    std::unique_ptr<AccelGeometry> build(const CommittedGeometry& committed,
+                                         const StopCheck& shouldStop);
     void attach(std::uint32_t index);
-    bool commitTop(const std::atomic<bool>* stop);
-    EmbreeScene newScene(bool topLevel) const;
+    EmbreeScene newScene() const;
+    void updateBounds();
 
     Diagnostics& diagnostics_;
     EmbreeDevice device_;
     EmbreeScene top_;
-    std::vector<TopEntry> topEntries_;  ///< by geomID of the top scene
+    std::vector<TopEntry> topEntries_; ///< by geomID of the top scene
     std::vector<std::unique_ptr<AccelGeometry>> geometries_;
     std::vector<EmissiveTriangleRef> emissive_;
     const LightSampler* lights_ = nullptr;
+    Bounds bounds_;
     Double3 origin_{0.0};
     bool robust_ = true;
-    bool complete_ = false;
     bool mayCutOut_ = false;
     std::size_t triangles_ = 0, instances_ = 0;
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -29,7 +29,7 @@ CameraRay CameraRays::generate(Float2 position, Float2 lens) const {
     if (camera_.lensRadius > 0.0F && camera_.focusDistance > 0.0F) {
         // direction.z is -1, so direction * focusDistance lies on the plane of focus.
         const Float3 focus = origin + direction * camera_.focusDistance;
-        const Float2 disk = squareToConcentricDisk(lens);
+        const Float2 disk = concentricDisk(lens);
         origin = origin + Float3(disk.x, disk.y, 0.0F) * camera_.lensRadius;
         direction = focus - origin;
     }
@@ -48,7 +48,9 @@ Float3 CameraRays::toWorld(const Float3& v) const {
     return right_ * v.x + up_ * v.y - forward_ * v.z;
 }
 
-float CameraRays::viewDepth(const Float3& p) const { return dot(p - position_, forward_); }
+float CameraRays::viewDepth(const Float3& p) const {
+    return dot(p - position_, forward_);
+}
 
 float CameraRays::projectedDepth(float viewDepth) const {
     const double n = camera_.nearClip;
@@ -57,8 +59,8 @@ float CameraRays::projectedDepth(float viewDepth) const {
     if (!(f > n) || !(z > 0.0)) {
         return 0.0F;
     }
-    const double depth = camera_.orthographic || n <= 0.0 ? (z - n) / (f - n)
-                                                         : f * (z - n) / (z * (f - n));
+    const double depth =
+        camera_.orthographic || n <= 0.0 ? (z - n) / (f - n) : f * (z - n) / (z * (f - n));
     return static_cast<float>(std::min(std::max(depth, 0.0), 1.0));
 }
 
@@ -66,4 +68,4 @@ Float3 CameraRays::toCamera(const Float3& v) const {
     return {dot(v, right_), dot(v, up_), -dot(v, forward_)};
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -8,7 +8,7 @@ namespace mbfeat {
 
 struct CameraRay {
     Float3 origin{0.0F};
-    Float3 direction{0.0F, 0.0F, -1.0F};  ///< unit
+    Float3 direction{0.0F, 0.0F, -1.0F}; ///< unit
     float tNear = 0.0F;
     float tFar = 0.0F;
 };
@@ -26,7 +26,7 @@ public:
     float viewDepth(const Float3& p) const;
     /// Hydra's depth: 0 at the near plane, 1 at the far plane, projected.
     float projectedDepth(float viewDepth) const;
-    Float3 toCamera(const Float3& v) const;  ///< direction, to camera space
+    Float3 toCamera(const Float3& v) const; ///< direction, to camera space
     float exposureScale() const { return camera_.exposureScale; }
 
 private:
@@ -38,4 +38,4 @@ private:
     Float2 pixelToWindowScale_{0.0F}, pixelToWindowOffset_{0.0F};
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -3,8 +3,8 @@
 // Threads: commit() by one thread while nothing traces; trace() by any number at once.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -20,7 +20,7 @@ namespace mbfeat {
 struct IntegratorRequest {
     RenderOptions options;
     std::uint32_t recordFlags = kRecordColor;
-    std::vector<std::string> primvars;  ///< names behind primvars:*, at most kMaxPrimvarAovs
+    std::vector<std::string> primvars; ///< names behind primvars:*, at most kMaxPrimvarAovs
     std::int64_t frame = 0;
 };
 
@@ -31,7 +31,7 @@ struct TraceStatistics {
 
 /// Which effects the scene calls for, and how much there is of things.
 struct EffectCensus {
-    std::vector<std::string> present;  ///< e.g. "transmission", "textures", "environment"
+    std::vector<std::string> present; ///< e.g. "transmission", "textures", "environment"
     std::vector<std::string> absent;
     std::size_t triangles = 0, instances = 0, lights = 0, textureBytes = 0;
 };
@@ -42,9 +42,9 @@ public:
     ~Integrator();
 
     /// Commits the scene and brings acceleration structures and light tables up to date; cheap
-    /// where nothing changed. `stop` (may be null) lets it return early with false: the next
-    /// commit goes on.
-    bool commit(const RenderOptions& options, const std::atomic<bool>* stop);
+    /// where nothing changed. `shouldStop` (may be empty) is polled and lets it return early with
+    /// false: the next commit goes on.
+    bool commit(const RenderOptions& options, const std::function<bool()>& shouldStop);
 
     /// Prepares for a camera; returns a message for a camera that cannot see (zero aperture).
     Status setView(const Camera& camera, const ImageWindow& window,
@@ -61,4 +61,4 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -15,7 +15,7 @@ inline constexpr int kMaxPrimvarAovs = 8;
 
 /// Which parts of the record somebody reads. The integrator may leave the others at zero.
 enum RecordFlags : std::uint32_t {
-    kRecordColor = 0,  ///< radiance and alpha are always there
+    kRecordColor = 0, ///< radiance and alpha are always there
     kRecordFeatures = 1U << 0U,
     kRecordContributions = 1U << 1U,
     kRecordExtended = 1U << 2U,
@@ -30,28 +30,28 @@ enum PathEvent : std::uint32_t {
     kEventTransmit = 1U << 1U,
     kEventDiffuse = 1U << 2U,
     kEventGlossy = 1U << 3U,
-    kEventSpecular = 1U << 4U,  ///< delta
+    kEventSpecular = 1U << 4U, ///< delta
     kEventEmission = 1U << 5U,
 };
 
 /// The paper's nine values of a vertex, in channel order.
 struct VertexFeatures {
-    Float3 albedo{0.0F};  ///< 0..1; texture colour after all look-ups
-    Float3 normal{0.0F};  ///< shading normal, world space, facing the ray, -1..1
-    Float3 direct{0.0F};  ///< light-sampled term with MIS, before path throughput
+    Float3 albedo{0.0F}; ///< 0..1; texture colour after all look-ups
+    Float3 normal{0.0F}; ///< shading normal, world space, facing the ray, -1..1
+    Float3 direct{0.0F}; ///< light-sampled term with MIS, before path throughput
 };
 
 struct VertexExtended {
-    float roughness = 0.0F;   ///< of the lobe that continued the path; 1 for diffuse
-    float distance = 0.0F;    ///< from the previous vertex, scene units
-    Float3 throughput{0.0F};  ///< of the path up to this vertex
-    std::int32_t event = 0;   ///< PathEvent bits of the scattering that left this vertex
+    float roughness = 0.0F;  ///< of the lobe that continued the path; 1 for diffuse
+    float distance = 0.0F;   ///< from the previous vertex, scene units
+    Float3 throughput{0.0F}; ///< of the path up to this vertex
+    std::int32_t event = 0;  ///< PathEvent bits of the scattering that left this vertex
 };
 
 struct PathRecord {
-    Rgb radiance{0.0F};  ///< the sample's estimate of `color`
-    float alpha = 0.0F;  ///< 1 where the camera ray met something that is not the background
-    Float2 subpixel{0.5F, 0.5F};  ///< position in the pixel, 0..1; outside with a wide filter
+    Rgb radiance{0.0F}; ///< the sample's estimate of `color`
+    float alpha = 0.0F; ///< 1 where the camera ray met something that is not the background
+    Float2 subpixel{0.5F, 0.5F}; ///< position in the pixel, 0..1; outside with a wide filter
     float filterWeight = 1.0F;
 
     // Per-vertex features: contiguous, vertex-major, albedo, normal, direct.
@@ -63,28 +63,28 @@ struct PathRecord {
                                            Rgb(0.0F), Rgb(0.0F), Rgb(0.0F)};
     Rgb tail{0.0F};
     VertexExtended extended[kFeatureVertices];
-    std::int32_t vertexCount = 0;  ///< vertices reached, at most 6: the valid mask is (1 << n) - 1
+    std::int32_t vertexCount = 0; ///< vertices reached, at most 6: the valid mask is (1 << n) - 1
 
     // First vertex with a lobe that is not a delta: what a mirror shows, what stands behind glass.
     Float3 nonDeltaAlbedo{0.0F};
     Float3 nonDeltaNormal{0.0F};
-    float nonDeltaDepth = 0.0F;   ///< path length to it, scene units
-    Float3 nonDeltaTint{0.0F};    ///< throughput up to it, Fresnel choice divided out
+    float nonDeltaDepth = 0.0F; ///< path length to it, scene units
+    Float3 nonDeltaTint{0.0F};  ///< throughput up to it, Fresnel choice divided out
 
     // The camera ray's hit. Ids are -1 and distances 0 at the background.
     std::int32_t primId = -1;
     std::int32_t instanceId = -1;
     std::int32_t elementId = -1;
-    float depth = 1.0F;         ///< Hydra depth: projected, 0 near .. 1 far
-    float cameraDepth = 0.0F;   ///< distance along the view axis, scene units
-    float distance = 0.0F;      ///< distance along the ray
-    Float3 normal{0.0F};        ///< world-space shading normal, facing the ray
-    Float3 eyeNormal{0.0F};     ///< the same in camera space
-    Float4 primvars[kMaxPrimvarAovs];  ///< values of the requested primvars:*
+    float depth = 1.0F;               ///< Hydra depth: projected, 0 near .. 1 far
+    float cameraDepth = 0.0F;         ///< distance along the view axis, scene units
+    float distance = 0.0F;            ///< distance along the ray
+    Float3 normal{0.0F};              ///< world-space shading normal, facing the ray
+    Float3 eyeNormal{0.0F};           ///< the same in camera space
+    Float4 primvars[kMaxPrimvarAovs]; ///< values of the requested primvars:*
 
-    bool nonFinite = false;  ///< the sample was not finite and was replaced by zero
+    bool nonFinite = false; ///< the sample was not finite and was replaced by zero
 
     std::uint32_t validMask() const { return (1U << static_cast<unsigned>(vertexCount)) - 1U; }
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -23,13 +23,13 @@ struct PathTracer {
     const Accel& accel;
     const LightSampler& lights;
     const RenderOptions& options;
-    std::uint32_t recordFlags = kRecordColor;
+    bool lightsHaveMultipliers = false; ///< some light's diffuse or specular is not 1
 
     /// Follows one path from the camera and fills the record's radiance, alpha, decomposition and,
-    /// with Record, the features that recordFlags ask for. Radiance is not scaled by exposure.
+    /// with Record, every feature. Values are not scaled by exposure.
     template <bool Record>
     PathCounts trace(const CameraRay& camera, const Sampler& sampler, PathRecord& record,
                      RayHit& firstHit) const;
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

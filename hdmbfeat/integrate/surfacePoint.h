@@ -10,17 +10,10 @@ namespace mbfeat {
 /// A point on a surface, render space.
 struct SurfacePoint {
     Float3 p{0.0F};
-    Float3 pError{0.0F};  ///< componentwise bound of the absolute error of p
-    Float3 ng{0.0F, 0.0F, 1.0F};  ///< geometric normal, unit, on the outside of the surface
-    Float3 ns{0.0F, 0.0F, 1.0F};  ///< interpolated normal, unit, on the side of ng
+    Float3 pError{0.0F};         ///< componentwise bound of the absolute error of p
+    Float3 ng{0.0F, 0.0F, 1.0F}; ///< geometric normal, unit, on the outside of the surface
+    Float3 ns{0.0F, 0.0F, 1.0F}; ///< interpolated normal, unit, on the side of ng
 };
-
-/// Error bound of n rounding errors in a row (Higham 2002, "Accuracy and Stability of Numerical
-/// Algorithms", lemma 3.1).
-constexpr float errorGamma(int n) {
-    const float e = static_cast<float>(n) * 0x1p-24F;
-    return e / (1.0F - e);
-}
 
 SurfacePoint surfacePoint(const AccelGeometry& geometry, const RayHit& hit);
 
@@ -31,4 +24,4 @@ Float3 mappedNormal(const AccelGeometry& geometry, const RayHit& hit, const Surf
 /// Three floats of a primvar (w as 0 or 1 by its width) at the hit; zero where it is absent.
 Float4 primvarAt(const AccelGeometry& geometry, const RayHit& hit, const std::string& name);
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -1,0 +1,385 @@
+#include "film/renderer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "core/parallel.h"
+#include "film/host.h"
+#include "film/progress.h"
+
+namespace mbfeat {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// Samples of the next pass over the image: few at first where somebody watches.
+int passSamples(bool interactive, int done, int total) {
+    constexpr int kBatchPass = 16;
+    const int wanted = interactive ? std::clamp(done, 1, kBatchPass) : kBatchPass;
+    return std::min(wanted, total - done);
+}
+
+struct Tile {
+    int x0, y0, x1, y1;
+};
+
+std::vector<Tile> makeTiles(const PixelRect& rect, int size) {
+    std::vector<Tile> tiles;
+    for (int y = rect.y; y < rect.y + rect.height; y += size) {
+        for (int x = rect.x; x < rect.x + rect.width; x += size) {
+            tiles.push_back({x, y, std::min(x + size, rect.x + rect.width),
+                             std::min(y + size, rect.y + rect.height)});
+        }
+    }
+    return tiles;
+}
+
+std::uint64_t jobSamples(const RenderJob& job) {
+    std::uint64_t samples = 0;
+    for (const RenderView& view : job.views) {
+        const PixelRect& data = view.film->window().data;
+        samples += static_cast<std::uint64_t>(data.width) *
+                   static_cast<std::uint64_t>(data.height) *
+                   static_cast<std::uint64_t>(view.samplesPerPixel);
+    }
+    return samples;
+}
+
+} // namespace
+
+struct Renderer::Impl {
+    explicit Impl(Scene& scene) : scene(scene), integrator(scene) {
+        thread = std::thread([this] { run(); });
+    }
+
+    ~Impl() {
+        halt();
+        {
+            const std::lock_guard lock(mutex);
+            quit = true;
+        }
+        wake.notify_all();
+        thread.join();
+    }
+
+    void halt() {
+        std::unique_lock lock(mutex);
+        stopping = true;
+        wake.notify_all();
+        idle.wait(lock, [this] { return !hasJob; });
+        stopping = false;
+    }
+
+    bool interrupted() const { return Host::instance().stopRequested(); }
+    bool shouldStop() const { return stopping.load(std::memory_order_relaxed) || interrupted(); }
+
+    void run() {
+        for (;;) {
+            {
+                std::unique_lock lock(mutex);
+                wake.wait(lock, [this] { return quit || hasJob; });
+                if (quit) {
+                    return;
+                }
+            }
+            try {
+                runJob();
+            } catch (const std::exception& failure) {
+                fail(failure.what());
+            }
+            {
+                const std::lock_guard lock(mutex);
+                hasJob = false;
+            }
+            idle.notify_all();
+        }
+    }
+
+    /// Memory or threads ran out: say so and let the host go on with what the films hold.
+    void fail(const char* what) {
+        const std::string text = std::string("the render stopped: ") + what +
+                                 ". Lower the resolution or the number of AOVs, or free memory.";
+        scene.diagnostics().error("MBFeat", text);
+        const std::lock_guard lock(reportMutex);
+        report.errors.push_back(text);
+        converged = true;
+    }
+
+    void phase(const std::string& name, double seconds) {
+        const std::lock_guard lock(reportMutex);
+        report.seconds.emplace_back(name, seconds);
+    }
+
+    void runJob() {
+        for (const RenderView& view : job.views) {
+            view.film->clear();
+        }
+
+        const bool committed = integrator.commit(job.options, [this] { return shouldStop(); });
+        phase("commit", secondsSince(begin.load()));
+        if (stopping.load()) {
+            return;
+        }
+        if (!committed) {
+            finish(integrator.statistics());
+            return;
+        }
+        {
+            const std::lock_guard lock(reportMutex);
+            report.census = integrator.census();
+        }
+
+        const double samplingBegin = activeSeconds();
+        ProgressReporter reporter(job.interactive ? Host::ProgressStyle::kNone
+                                                  : Host::instance().progressStyle());
+        progressReporter = &reporter;
+        const TraceStatistics before = integrator.statistics();
+        for (RenderView& view : job.views) {
+            renderView(view);
+        }
+        progressReporter = nullptr;
+        reporter.update(progress());
+        reporter.finish();
+        phase("sampling", activeSeconds() - samplingBegin);
+        if (stopping.load()) {
+            return;
+        }
+        finish(before);
+    }
+
+    void finish(const TraceStatistics& before) {
+        const TraceStatistics after = integrator.statistics();
+        RenderReport finished;
+        {
+            const std::lock_guard lock(reportMutex);
+            report.trace = {after.paths - before.paths, after.rays - before.rays,
+                            after.shadowRays - before.shadowRays,
+                            after.nonFinite - before.nonFinite};
+            report.warnings = scene.diagnostics().count(Severity::kWarning);
+            report.interrupted = interrupted();
+            finished = report;
+        }
+        if (job.finish) {
+            job.finish(finished);
+            const std::lock_guard lock(reportMutex);
+            report = std::move(finished);
+        }
+        converged = true;
+    }
+
+    void renderView(RenderView& view) {
+        IntegratorRequest request;
+        request.options = job.options;
+        request.recordFlags = view.film->recordFlags();
+        request.primvars = view.film->primvars();
+        request.frame = job.frame;
+        if (const Status problem = integrator.setView(view.camera, view.film->window(), request)) {
+            const std::string subject =
+                view.cameraPath.empty() ? problem->subject : view.cameraPath;
+            scene.diagnostics().error(subject, problem->text);
+            const std::lock_guard lock(reportMutex);
+            report.errors.push_back(subject + ": " + problem->text);
+            return;
+        }
+        const std::vector<Tile> tiles = makeTiles(view.film->window().data, job.options.tileSize);
+        int done = 0;
+        while (done < view.samplesPerPixel && !shouldStop()) {
+            const int samples = passSamples(job.interactive, done, view.samplesPerPixel);
+            renderPass(view, tiles, done, samples);
+            done += samples;
+        }
+    }
+
+    void renderPass(const RenderView& view, const std::vector<Tile>& tiles, int first,
+                    int samples) {
+        const int wanted = job.options.threads > 0 ? job.options.threads : hardwareThreads();
+        if (!pool || poolThreads != wanted) {
+            pool = std::make_unique<ThreadPool>(wanted);
+            poolThreads = wanted;
+        }
+        pool->run(0, static_cast<std::int64_t>(tiles.size()), 1, &stopping,
+                  [&](std::int64_t index, int /*thread*/) {
+                      if (waitWhilePaused()) {
+                          renderTile(view, tiles[static_cast<std::size_t>(index)], first, samples);
+                          reportProgress();
+                      }
+                  });
+    }
+
+    void renderTile(const RenderView& view, const Tile& tile, int first, int samples) {
+        PathRecord record;
+        for (int y = tile.y0; y < tile.y1; ++y) {
+            for (int x = tile.x0; x < tile.x1; ++x) {
+                if (shouldStop()) {
+                    return;
+                }
+                for (int s = first; s < first + samples; ++s) {
+                    integrator.trace(x, y, static_cast<std::uint32_t>(s), record);
+                    view.film->add(x, y, record);
+                }
+                samplesDone.fetch_add(static_cast<std::uint64_t>(samples),
+                                      std::memory_order_relaxed);
+            }
+        }
+    }
+
+    /// Blocks during a pause; false when the work is to end.
+    bool waitWhilePaused() {
+        if (paused.load(std::memory_order_relaxed)) {
+            std::unique_lock lock(mutex);
+            while (paused && !shouldStop()) {
+                // The host's interruption has no condition variable of ours to notify.
+                wake.wait_for(lock, std::chrono::milliseconds(50));
+            }
+        }
+        return !shouldStop();
+    }
+
+    void setPaused(bool on) {
+        const std::lock_guard lock(mutex);
+        if (on == paused) {
+            return;
+        }
+        if (on) {
+            pauseBegin = Clock::now();
+        } else {
+            pausedSeconds = pausedSeconds + secondsSince(pauseBegin);
+        }
+        paused = on;
+        wake.notify_all();
+    }
+
+    double activeSeconds() const { return secondsSince(begin.load()) - pausedSeconds; }
+
+    void reportProgress() {
+        const std::unique_lock lock(reporterMutex, std::try_to_lock);
+        if (lock.owns_lock() && progressReporter != nullptr) {
+            progressReporter->update(progress());
+        }
+    }
+
+    RenderProgress progress() const {
+        RenderProgress p;
+        p.samples = samplesDone.load(std::memory_order_relaxed);
+        if (samplesTotal == 0) {
+            return p;
+        }
+        p.fraction = static_cast<double>(p.samples) / static_cast<double>(samplesTotal);
+        p.seconds = activeSeconds();
+        if (p.seconds > 0.0) {
+            p.samplesPerSecond = static_cast<double>(p.samples) / p.seconds;
+        }
+        if (p.fraction > 0.0) {
+            p.secondsLeft = p.seconds * (1.0 - p.fraction) / p.fraction;
+        }
+        return p;
+    }
+
+    Scene& scene;
+    Integrator integrator;
+
+    std::thread thread;
+    std::unique_ptr<ThreadPool> pool; ///< the render threads, kept from pass to pass
+    int poolThreads = 0;
+    mutable std::mutex mutex;
+    std::condition_variable wake, idle;
+    bool quit = false;
+    bool hasJob = false;
+    RenderJob job;
+    std::atomic<bool> stopping{false}, paused{false}, converged{true};
+
+    std::atomic<Clock::time_point> begin{Clock::time_point{}};
+    Clock::time_point pauseBegin;
+    std::atomic<double> pausedSeconds{0.0};
+    std::atomic<std::uint64_t> samplesDone{0}, samplesTotal{0};
+    std::mutex reporterMutex;
+    ProgressReporter* progressReporter = nullptr;
+
+    mutable std::mutex reportMutex;
+    RenderReport report;
+};
+
+Renderer::Renderer(Scene& scene) : impl_(std::make_unique<Impl>(scene)) {}
+Renderer::~Renderer() = default;
+
+void Renderer::start(RenderJob job) {
+    impl_->halt();
+    for (RenderView& view : job.views) {
+        if (view.samplesPerPixel <= 0) {
+            view.samplesPerPixel = job.options.samplesPerPixel;
+        }
+    }
+    RenderReport report;
+    report.version = MBFEAT_VERSION;
+    report.stage = Host::instance().stage();
+    report.frame = job.frame;
+    report.settings = job.settings;
+    report.samplesPerPixel = job.options.samplesPerPixel;
+    {
+        const std::lock_guard lock(impl_->reportMutex);
+        impl_->report = std::move(report);
+    }
+    {
+        const std::lock_guard lock(impl_->mutex);
+        impl_->job = std::move(job);
+        impl_->samplesDone = 0;
+        impl_->samplesTotal = jobSamples(impl_->job);
+        impl_->begin = Clock::now();
+        impl_->pauseBegin = impl_->begin;
+        impl_->pausedSeconds = 0.0;
+        impl_->converged = false;
+        impl_->hasJob = true;
+    }
+    impl_->wake.notify_all();
+}
+
+void Renderer::stop() {
+    impl_->halt();
+}
+
+void Renderer::pause() {
+    impl_->setPaused(true);
+}
+void Renderer::resume() {
+    impl_->setPaused(false);
+}
+
+bool Renderer::isPaused() const {
+    return impl_->paused;
+}
+
+bool Renderer::isRendering() const {
+    const std::lock_guard lock(impl_->mutex);
+    return impl_->hasJob;
+}
+
+bool Renderer::isConverged() const {
+    return impl_->converged;
+}
+
+void Renderer::wait() {
+    std::unique_lock lock(impl_->mutex);
+    impl_->idle.wait(lock, [this] { return !impl_->hasJob; });
+}
+
+RenderProgress Renderer::progress() const {
+    return impl_->progress();
+}
+
+RenderReport Renderer::report() const {
+    const std::lock_guard lock(impl_->reportMutex);
+    return impl_->report;
+}
+
+} // namespace mbfeat

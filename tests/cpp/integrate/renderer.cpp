@@ -1,0 +1,145 @@
+// The render thread: restart, stop, pause, two at once.
+#include <chrono>
+#include <thread>
+
+#include <doctest/doctest.h>
+
+#include "film/host.h"
+#include "testScenes.h"
+
+using namespace mbfeat;
+using namespace mbfeat::test;
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double millisecondsSince(Clock::time_point begin) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
+
+/// A job that takes far longer than a test.
+RenderJob endlessJob() {
+    FilmRequest request;
+    request.window.width = request.window.height = 64;
+    request.window.data = {0, 0, 64, 64};
+    RenderJob job;
+    RenderView view;
+    view.camera = testCamera({0, 0, 4}, 0.5F);
+    view.film = std::make_shared<Film>(request);
+    job.views.push_back(view);
+    job.options = exactOptions(1 << 24);
+    return job;
+}
+
+struct Stage : TestScene {
+    Stage() {
+        add("/Ball", sphereMesh(1.0F, 16, false), constantMaterial("/M", Rgb(0.5F)));
+        addSky(Rgb(1.0F));
+    }
+};
+
+void waitForSamples(const Renderer& renderer) {
+    while (renderer.progress().samples == 0) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+}
+
+} // namespace
+
+TEST_CASE("a running render stops at once and can be started anew") {
+    Stage stage;
+    Renderer renderer(stage.scene);
+    for (int i = 0; i < 3; ++i) {
+        renderer.start(endlessJob());
+        waitForSamples(renderer);
+        const Clock::time_point begin = Clock::now();
+        renderer.stop();
+        // The aim is 50 ms for a restart; the margin is for a busy machine.
+        CHECK(millisecondsSince(begin) < 500.0);
+        CHECK_FALSE(renderer.isRendering());
+        CHECK_FALSE(renderer.isConverged());
+    }
+}
+
+TEST_CASE("a paused render makes no progress until it is resumed") {
+    Stage stage;
+    Renderer renderer(stage.scene);
+    renderer.start(endlessJob());
+    waitForSamples(renderer);
+    renderer.pause();
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    const std::uint64_t before = renderer.progress().samples;
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    CHECK(renderer.progress().samples == before);
+    CHECK(renderer.isPaused());
+    renderer.resume();
+    const Clock::time_point begin = Clock::now();
+    while (renderer.progress().samples == before && millisecondsSince(begin) < 5000.0) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    CHECK(renderer.progress().samples > before);
+    renderer.pause();
+    renderer.stop(); // also stops while paused
+    CHECK_FALSE(renderer.isRendering());
+}
+
+TEST_CASE("the finish call comes once, before convergence, and not after a stop") {
+    Stage stage;
+    Renderer renderer(stage.scene);
+    RenderJob job = endlessJob();
+    job.options.samplesPerPixel = 2;
+    int calls = 0;
+    bool convergedInside = true;
+    job.finish = [&](RenderReport& report) {
+        ++calls;
+        convergedInside = renderer.isConverged();
+        report.written.emplace_back("image.exr");
+    };
+    renderer.start(job);
+    renderer.wait();
+    CHECK(calls == 1);
+    CHECK_FALSE(convergedInside);
+    CHECK(renderer.isConverged());
+    CHECK(renderer.report().written.size() == 1);
+    CHECK(renderer.progress().fraction == doctest::Approx(1.0));
+
+    job.options.samplesPerPixel = 1 << 24;
+    renderer.start(job);
+    waitForSamples(renderer);
+    renderer.stop();
+    CHECK(calls == 1);
+}
+
+TEST_CASE("two renderers live at once and one may die while rendering") {
+    Stage first;
+    Stage second;
+    auto a = std::make_unique<Renderer>(first.scene);
+    Renderer b(second.scene);
+    a->start(endlessJob());
+    b.start(endlessJob());
+    waitForSamples(*a);
+    waitForSamples(b);
+    a.reset();
+    const std::uint64_t before = b.progress().samples;
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    CHECK(b.progress().samples > before);
+    b.stop();
+}
+
+TEST_CASE("the host's request to stop ends a job as converged and interrupted") {
+    Stage stage;
+    Renderer renderer(stage.scene);
+    RenderJob job = endlessJob();
+    bool interrupted = false;
+    job.finish = [&](RenderReport& report) { interrupted = report.interrupted; };
+    renderer.start(job);
+    waitForSamples(renderer);
+    const Clock::time_point begin = Clock::now();
+    Host::instance().requestStop();
+    renderer.wait();
+    CHECK(millisecondsSince(begin) < 1000.0);
+    Host::instance().clearStop();
+    CHECK(renderer.isConverged());
+    CHECK(interrupted);
+}
