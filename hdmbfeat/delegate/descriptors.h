@@ -1,0 +1,25 @@
+// What the delegate says about itself: settings, AOVs, statistics, the translated scene.
+#pragma once
+
+#include "pxr/pxr.h"
+
+#include "pxr/base/vt/dictionary.h"
+#include "pxr/imaging/hd/aov.h"
+#include "pxr/imaging/hd/renderDelegate.h"
+
+namespace mbfeat {
+PXR_NAMESPACE_USING_DIRECTIVE
+
+class RenderParam;
+
+/// The table of settings, for menus of viewers. mbfeat:viewAov, whose values are the AOV names,
+/// says them in its label, since descriptors carry no list of choices.
+HdRenderSettingDescriptorList settingDescriptors();
+
+/// Buffer format and clear value of an AOV; HdFormatInvalid for one that is not in the table.
+HdAovDescriptor aovDescriptor(const TfToken& name);
+
+/// Progress, times and counts under the names that hosts' panels look for.
+VtDictionary renderStatistics(const RenderParam& param);
+
+}  // namespace mbfeat

@@ -1,0 +1,72 @@
+#include "delegate/jobFinish.h"
+
+#include <chrono>
+#include <filesystem>
+#include <system_error>
+
+namespace mbfeat {
+
+namespace {
+
+void removeStale(const std::string& path) {
+    std::error_code ignored;  // a file that cannot be removed was reported by the failed writing
+    if (std::filesystem::is_regular_file(path, ignored)) {
+        std::filesystem::remove(path, ignored);
+    }
+}
+
+void addError(const Error& error, Diagnostics& diagnostics, RenderReport& report) {
+    diagnostics.error(error.subject, error.text);
+    report.errors.push_back(error.subject + ": " + error.text);
+}
+
+void writeProducts(const JobResult& result, Diagnostics& diagnostics, RenderReport& report) {
+    for (const FinishedFrame::Image& image : result.images) {
+        for (const ProductSpec& product : image.products) {
+            std::vector<Error> problems = validateProduct(product);
+            if (problems.empty()) {
+                if (const Status status = writeProduct(product, *image.film, report)) {
+                    problems.push_back(*status);
+                }
+            }
+            if (problems.empty()) {
+                report.written.push_back(product.path);
+                continue;
+            }
+            removeStale(product.path);
+            for (const Error& problem : problems) {
+                addError(problem, diagnostics, report);
+            }
+        }
+    }
+}
+
+}  // namespace
+
+void finishJob(const JobResult& result, Diagnostics& diagnostics, RenderReport& report) {
+    for (const Error& error : result.errors) {
+        report.errors.push_back(error.subject + ": " + error.text);
+    }
+    for (const std::string& path : result.staleFiles) {
+        removeStale(path);
+    }
+    const bool badData = diagnostics.count(Severity::kWarning) > 0 ||
+                         diagnostics.count(Severity::kError) > 0;
+    if (result.onError == OnError::kAbort && badData) {
+        addError({"mbfeat:onError", "it is abort and there were warnings or errors; no product "
+                                    "is written. Repair what they name, or set it to warn."},
+                 diagnostics, report);
+    } else if (!report.interrupted) {
+        const auto begin = std::chrono::steady_clock::now();
+        writeProducts(result, diagnostics, report);
+        report.seconds.emplace_back(
+            "write",
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    }
+    auto frame = std::make_shared<FinishedFrame>();
+    frame->images = result.images;
+    frame->report = report;
+    Host::instance().publish(std::move(frame));
+}
+
+}  // namespace mbfeat

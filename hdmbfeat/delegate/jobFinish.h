@@ -1,0 +1,28 @@
+// The end of a render job: products on disk, results handed to the host.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/diagnostics.h"
+#include "core/settings.h"
+#include "film/host.h"
+
+namespace mbfeat {
+
+/// What a job leaves when its last sample is done.
+struct JobResult {
+    std::vector<FinishedFrame::Image> images;
+    /// Problems found before rendering; they go into the report.
+    std::vector<Error> errors;
+    std::vector<std::string> staleFiles;  ///< see ProductPlan
+    OnError onError = OnError::kWarn;
+};
+
+/// Writes the products, adds files and errors to the report and publishes the frame. A product
+/// that fails costs that product: whatever lies at its path is removed, so that an older file is
+/// not taken for it. An interrupted job writes nothing. Runs on the render thread.
+void finishJob(const JobResult& result, Diagnostics& diagnostics, RenderReport& report);
+
+}  // namespace mbfeat

@@ -1,0 +1,239 @@
+#include "delegate/light.h"
+
+#include <array>
+#include <cmath>
+
+#include "delegate/conversions.h"
+#include "delegate/guard.h"
+#include "delegate/instancer.h"
+#include "delegate/renderParam.h"
+#include "delegate/values.h"
+#include "pxr/imaging/hd/renderIndex.h"
+#include "pxr/imaging/hd/sceneDelegate.h"
+
+namespace mbfeat {
+
+namespace {
+
+/// Light parameters by their UsdLux names without "inputs:"; hosts use names with and without it.
+class LightParameters {
+public:
+    LightParameters(HdSceneDelegate* delegate, const SdfPath& id) : delegate_(delegate), id_(id) {}
+
+    VtValue get(const std::string& name) const {
+        VtValue value = delegate_->GetLightParamValue(id_, TfToken(name));
+        return value.IsEmpty() ? delegate_->GetLightParamValue(id_, TfToken("inputs:" + name))
+                               : value;
+    }
+    float number(const std::string& name, float fallback) const {
+        return asFloat(get(name), fallback);
+    }
+    bool flag(const std::string& name, bool fallback) const {
+        return asBool(get(name), fallback);
+    }
+    Rgb color(const std::string& name, const Rgb& fallback) const {
+        return asFloat3(get(name)).value_or(fallback);
+    }
+    std::string text(const std::string& name) const { return asText(get(name)).value_or(""); }
+
+private:
+    HdSceneDelegate* delegate_;
+    const SdfPath& id_;
+};
+
+Rgb radianceOf(const LightParameters& parameters) {
+    Rgb radiance = parameters.color("color", Rgb(1.0F)) * parameters.number("intensity", 1.0F) *
+                   std::exp2(parameters.number("exposure", 0.0F));
+    if (parameters.flag("enableColorTemperature", false)) {
+        radiance = radiance * blackbodyColor(parameters.number("colorTemperature", 6500.0F));
+    }
+    return radiance;
+}
+
+void readShape(const LightParameters& parameters, Light& light) {
+    light.width = parameters.number("width", light.width);
+    light.height = parameters.number("height", light.height);
+    light.radius = parameters.number("radius", light.radius);
+    light.length = parameters.number("length", light.length);
+    light.angle = parameters.number("angle", light.angle);
+    light.treatAsPoint = parameters.flag("treatAsPoint", false);
+    light.treatAsLine = parameters.flag("treatAsLine", false);
+}
+
+void readShaping(const LightParameters& parameters, LightShaping& shaping) {
+    shaping.focus = parameters.number("shaping:focus", shaping.focus);
+    shaping.focusTint = parameters.color("shaping:focusTint", shaping.focusTint);
+    shaping.coneAngle = parameters.number("shaping:cone:angle", shaping.coneAngle);
+    shaping.coneSoftness = parameters.number("shaping:cone:softness", shaping.coneSoftness);
+}
+
+/// A value of the wrong kind would spoil the light's table: say so and use something harmless.
+void sanitize(Light& light, Diagnostics& diagnostics) {
+    const auto repair = [&](float& value, float fallback, const char* name) {
+        if (!std::isfinite(value) || value < 0.0F) {
+            diagnostics.warn(light.path, std::string(name) + " is " + std::to_string(value) +
+                                             "; " + std::to_string(fallback) +
+                                             " is used. Author a finite value of at least 0.");
+            value = fallback;
+        }
+    };
+    repair(light.width, 1.0F, "width");
+    repair(light.height, 1.0F, "height");
+    repair(light.radius, 0.5F, "radius");
+    repair(light.length, 1.0F, "length");
+    repair(light.angle, 0.53F, "angle");
+    for (int axis = 0; axis < 3; ++axis) {
+        repair(light.radiance[axis], 0.0F, "color times intensity");
+    }
+}
+
+/// A host without lights in the scene puts its head light at <task>/lights/light_N, below a root
+/// of its own that starts with an underscore.
+bool isHostLight(const SdfPath& id) {
+    const std::string& path = id.GetString();
+    return id.GetName().rfind("light_", 0) == 0 &&
+           id.GetParentPath().GetName() == "lights" && path.rfind("/_", 0) == 0;
+}
+
+/// Multi-lobe fit of a CIE 1931 colour matching function: a sum of skewed Gaussians.
+double lobe(double nanometres, double scale, double mean, double below, double above) {
+    const double t = (nanometres - mean) * (nanometres < mean ? below : above);
+    return scale * std::exp(-0.5 * t * t);
+}
+
+}  // namespace
+
+Rgb blackbodyColor(float kelvin) {
+    const double temperature = std::fmin(std::fmax(static_cast<double>(kelvin), 1000.0), 10000.0);
+    constexpr double kSecondRadiation = 1.438776877e7;  // nm K
+    double x = 0.0, y = 0.0, z = 0.0;
+    for (double nm = 360.0; nm <= 830.0; nm += 5.0) {
+        const double power =
+            std::pow(nm / 560.0, -5.0) / std::expm1(kSecondRadiation / (nm * temperature));
+        x += power * (lobe(nm, 1.056, 599.8, 0.0264, 0.0323) +
+                      lobe(nm, 0.362, 442.0, 0.0624, 0.0374) +
+                      lobe(nm, -0.065, 501.1, 0.0490, 0.0382));
+        y += power * (lobe(nm, 0.821, 568.8, 0.0213, 0.0247) +
+                      lobe(nm, 0.286, 530.9, 0.0613, 0.0322));
+        z += power * (lobe(nm, 1.217, 437.0, 0.0845, 0.0278) +
+                      lobe(nm, 0.681, 459.0, 0.0385, 0.0725));
+    }
+    x /= y;
+    z /= y;
+    // XYZ to linear Rec.709 (ITU-R BT.709 primaries, D65).
+    const double r = std::fmax(3.2404542 * x - 1.5371385 - 0.4985314 * z, 0.0);
+    const double g = std::fmax(-0.9692660 * x + 1.8760108 + 0.0415560 * z, 0.0);
+    const double b = std::fmax(0.0556434 * x - 0.2040259 + 1.0572252 * z, 0.0);
+    const double luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+    return {static_cast<float>(r / luminance), static_cast<float>(g / luminance),
+            static_cast<float>(b / luminance)};
+}
+
+LightPrim::LightPrim(const SdfPath& id, LightType type, RenderParam& param)
+    : HdLight(id), type_(type), param_(param) {
+    param_.registerLight(this);
+}
+
+LightPrim::~LightPrim() {
+    param_.unregisterLight(this);
+}
+
+void LightPrim::Sync(HdSceneDelegate* delegate, HdRenderParam* /*renderParam*/,
+                     HdDirtyBits* dirtyBits) {
+    guarded(param_.diagnostics(), GetId().GetString(), [&] { syncPrim(delegate, dirtyBits); });
+    *dirtyBits = Clean;
+}
+
+std::vector<AffineD> LightPrim::computeTransforms(HdSceneDelegate* delegate) const {
+    const AffineD local = toAffine(delegate->GetTransform(GetId()));
+    if (GetInstancerId().IsEmpty()) {
+        return {local};
+    }
+    HdRenderIndex& index = delegate->GetRenderIndex();
+    HdInstancer::_SyncInstancerAndParents(index, GetInstancerId());
+    std::vector<AffineD> transforms;
+    if (const auto* const instancer =
+            dynamic_cast<InstancerPrim*>(index.GetInstancer(GetInstancerId()))) {
+        transforms = instancer->computeTransforms(GetId());
+    }
+    for (AffineD& transform : transforms) {
+        transform = concatenate(local, transform);
+    }
+    return transforms;
+}
+
+bool LightPrim::isVisibleToCamera() const {
+    return type_ != LightType::kDome || param_.settings().isDomeVisible();
+}
+
+void LightPrim::removePublished() {
+    if (published_.empty()) {
+        return;
+    }
+    Scene& scene = param_.acquireSceneForEdit();
+    for (const Light& light : published_) {
+        scene.removeLight(light.path);
+    }
+    published_.clear();
+}
+
+void LightPrim::updateDomeVisibility() {
+    for (Light& light : published_) {
+        if (light.visibleToCamera != isVisibleToCamera()) {
+            light.visibleToCamera = isVisibleToCamera();
+            param_.acquireSceneForEdit().setLight(light);
+        }
+    }
+}
+
+void LightPrim::syncPrim(HdSceneDelegate* delegate, HdDirtyBits* dirtyBits) {
+    _UpdateInstancer(delegate, dirtyBits);
+    removePublished();
+    if (!delegate->GetVisible(GetId())) {
+        return;
+    }
+    const LightParameters parameters(delegate, GetId());
+    Light light;
+    light.path = GetId().GetString();
+    light.type = type_;
+    light.radiance = radianceOf(parameters);
+    light.diffuse = parameters.number("diffuse", 1.0F);
+    light.specular = parameters.number("specular", 1.0F);
+    light.normalize = parameters.flag("normalize", false);
+    readShape(parameters, light);
+    readShaping(parameters, light.shaping);
+    light.texture.path = parameters.text("texture:file");
+    light.hasTexture = !light.texture.path.empty() &&
+                       (type_ == LightType::kDome || type_ == LightType::kRect);
+    light.visibleToCamera = isVisibleToCamera();
+    light.isCameraLight = isHostLight(GetId());
+    sanitize(light, param_.diagnostics());
+
+    std::vector<AffineD> transforms = computeTransforms(delegate);
+    const VtValue offset = parameters.get("domeOffset");
+    for (std::size_t i = 0; i < transforms.size(); ++i) {
+        Light instance = light;
+        instance.toWorld = offset.IsHolding<GfMatrix4d>()
+                               ? concatenate(toAffine(offset.UncheckedGet<GfMatrix4d>()),
+                                             transforms[i])
+                               : transforms[i];
+        if (!isFinite(instance.toWorld) || instance.toWorld.determinant() == 0.0) {
+            param_.diagnostics().warn(light.path,
+                                     "its transform is singular or not finite; it gives no "
+                                     "light. Author scales that are not zero.");
+            continue;
+        }
+        if (!GetInstancerId().IsEmpty()) {
+            instance.path += "[" + std::to_string(i) + "]";
+        }
+        published_.push_back(instance);
+        param_.acquireSceneForEdit().setLight(std::move(instance));
+    }
+}
+
+void LightPrim::Finalize(HdRenderParam* renderParam) {
+    removePublished();
+    HdLight::Finalize(renderParam);
+}
+
+}  // namespace mbfeat

@@ -1,0 +1,46 @@
+// Lights: from UsdLux parameters to the scene's lights.
+#pragma once
+
+#include "pxr/pxr.h"
+
+#include <string>
+#include <vector>
+
+#include "pxr/imaging/hd/light.h"
+#include "scene/light.h"
+
+namespace mbfeat {
+PXR_NAMESPACE_USING_DIRECTIVE
+
+class RenderParam;
+
+class LightPrim final : public HdLight {
+public:
+    LightPrim(const SdfPath& id, LightType type, RenderParam& param);
+    ~LightPrim() override;
+
+    HdDirtyBits GetInitialDirtyBitsMask() const override { return AllDirty; }
+    void Sync(HdSceneDelegate* delegate, HdRenderParam* renderParam,
+              HdDirtyBits* dirtyBits) override;
+    void Finalize(HdRenderParam* renderParam) override;
+
+    /// Shows or hides a dome after the host's switch for it changed.
+    void updateDomeVisibility();
+
+private:
+    void syncPrim(HdSceneDelegate* delegate, HdDirtyBits* dirtyBits);
+    std::vector<AffineD> computeTransforms(HdSceneDelegate* delegate) const;
+    bool isVisibleToCamera() const;
+    void removePublished();
+
+    LightType type_;
+    RenderParam& param_;
+    std::vector<Light> published_;  ///< as the scene has them: one, or one an instance
+};
+
+/// Colour of a black body of that temperature (kelvin) in linear Rec.709, luminance 1, no channel
+/// below 0. Planck's law with the colour matching functions of Wyman, Sloan and Shirley, "Simple
+/// Analytic Approximations to the CIE XYZ Color Matching Functions", JCGT 2013.
+Rgb blackbodyColor(float kelvin);
+
+}  // namespace mbfeat

@@ -1,0 +1,76 @@
+#include "delegate/material.h"
+
+#include <set>
+#include <string>
+
+#include "delegate/guard.h"
+#include "delegate/materialNetwork.h"
+#include "delegate/renderParam.h"
+#include "pxr/imaging/hd/changeTracker.h"
+#include "pxr/imaging/hd/renderIndex.h"
+#include "pxr/imaging/hd/sceneDelegate.h"
+
+namespace mbfeat {
+
+namespace {
+
+std::set<std::string> primvarsOf(const Material& material) {
+    std::set<std::string> names;
+    for (const TextureNode& texture : material.textures) {
+        names.insert(texture.uvPrimvar);
+    }
+    for (const MaterialInput* const input :
+         {&material.diffuseColor, &material.emissiveColor, &material.specularColor,
+          &material.metallic, &material.roughness, &material.clearcoat,
+          &material.clearcoatRoughness, &material.opacity, &material.opacityThreshold,
+          &material.ior, &material.normal, &material.occlusion}) {
+        if (input->source == MaterialInput::Source::kPrimvar) {
+            names.insert(input->primvar);
+        }
+    }
+    names.erase("");
+    return names;
+}
+
+}  // namespace
+
+MaterialPrim::MaterialPrim(const SdfPath& id) : HdMaterial(id) {}
+MaterialPrim::~MaterialPrim() = default;
+
+void MaterialPrim::Sync(HdSceneDelegate* delegate, HdRenderParam* renderParam,
+                        HdDirtyBits* dirtyBits) {
+    auto& param = *static_cast<RenderParam*>(renderParam);
+    const std::string path = GetId().GetString();
+    guarded(param.diagnostics(), path, [&] {
+        const VtValue resource = delegate->GetMaterialResource(GetId());
+        HdMaterialNetwork2 network;
+        if (resource.IsHolding<HdMaterialNetworkMap>()) {
+            network =
+                HdConvertToHdMaterialNetwork2(resource.UncheckedGet<HdMaterialNetworkMap>());
+        }
+        std::optional<Material> material = translateMaterial(path, network, param.diagnostics());
+        const std::set<std::string> primvars =
+            material ? primvarsOf(*material) : std::set<std::string>();
+        if (material) {
+            param.acquireSceneForEdit().setMaterial(std::move(*material));
+        } else {
+            param.acquireSceneForEdit().removeMaterial(path);
+        }
+        // Meshes keep only the primvars that something reads, so those synced before must fetch
+        // what this material newly reads.
+        if (param.setMaterialPrimvars(path, primvars) && param.hasMeshes()) {
+            delegate->GetRenderIndex().GetChangeTracker().MarkAllRprimsDirty(
+                HdChangeTracker::DirtyPrimvar);
+        }
+    });
+    *dirtyBits = Clean;
+}
+
+void MaterialPrim::Finalize(HdRenderParam* renderParam) {
+    auto& param = *static_cast<RenderParam*>(renderParam);
+    param.removeMaterial(GetId().GetString());
+    param.acquireSceneForEdit().removeMaterial(GetId().GetString());
+    HdMaterial::Finalize(renderParam);
+}
+
+}  // namespace mbfeat

@@ -1,0 +1,303 @@
+#include "delegate/renderPass.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "delegate/guard.h"
+#include "delegate/products.h"
+#include "delegate/productVar.h"
+#include "delegate/renderBuffer.h"
+#include "delegate/renderParam.h"
+#include "delegate/renderSettings.h"
+#include "delegate/tokens.h"
+#include "delegate/viewport.h"
+#include "film/aovTable.h"
+#include "pxr/imaging/hd/renderIndex.h"
+#include "pxr/imaging/hd/utils.h"
+
+namespace mbfeat {
+
+namespace {
+
+RenderBuffer* bufferOf(const HdRenderPassAovBinding& binding, HdRenderIndex& index) {
+    HdBprim* const prim =
+        binding.renderBuffer != nullptr
+            ? binding.renderBuffer
+            : index.GetBprim(tokens().renderBuffer, binding.renderBufferId);
+    return dynamic_cast<RenderBuffer*>(prim);
+}
+
+void fillWithClearValue(RenderBuffer& buffer, const std::string& aovName) {
+    const std::optional<AovDescriptor> aov = findAov(aovName);
+    const float clear = aov ? aov->clearValue : 0.0F;
+    const float value[4] = {clear, clear, clear, clear};
+    buffer.fill(value);
+}
+
+}  // namespace
+
+RenderPass::RenderPass(HdRenderIndex* index, const HdRprimCollection& collection,
+                       RenderParam& param)
+    : HdRenderPass(index, collection), param_(param) {}
+
+RenderPass::~RenderPass() {
+    if (hasJob_) {
+        param_.stopRender();
+    }
+}
+
+void RenderPass::_Execute(const HdRenderPassStateSharedPtr& renderPassState,
+                          const TfTokenVector& renderTags) {
+    // Whatever goes wrong, the host must not wait for ever.
+    converged_ = true;
+    guarded(param_.diagnostics(), "render pass",
+            [&] { execute(*renderPassState, renderTags); });
+}
+
+void RenderPass::execute(const HdRenderPassState& state, const TfTokenVector& renderTags) {
+    applyFilter(renderTags);
+    const RenderSettingsPrim* const settingsPrim = refreshSettings();
+    std::vector<Target> targets = resolveTargets(state);
+    if (state.GetCamera() == nullptr) {
+        giveUp(state, "the host gave no camera; nothing is rendered.");
+        return;
+    }
+    const bool batch = !param_.settings().isInteractive();
+    const RenderSettingsPrim* const products =
+        batch && settingsPrim != nullptr && !settingsPrim->GetRenderProducts().empty()
+            ? settingsPrim
+            : nullptr;
+    const Fingerprint wanted = fingerprint(state, targets, products);
+    // A batch host that brings new buffers to a finished job wants another image.
+    const bool again = batch && shown_ &&
+                       std::any_of(targets.begin(), targets.end(),
+                                   [](const Target& t) { return t.buffer->stamp() == 0; });
+    if (param_.isStopped()) {
+        return;
+    }
+    if (!hasJob_ || wanted != started_ || again) {
+        startJob(state, targets, products);
+        started_ = wanted;
+    }
+    const bool done = param_.renderer().isConverged();
+    if (done || !batch) {
+        showFilms(targets, done);
+    }
+    shown_ = done;
+    converged_ = done;
+}
+
+void RenderPass::applyFilter(const TfTokenVector& renderTags) {
+    VisibilityFilter filter;
+    for (const TfToken& tag : renderTags) {
+        filter.renderTags.insert(tag.GetString());
+    }
+    for (const SdfPath& path : GetRprimCollection().GetRootPaths()) {
+        filter.rootPaths.push_back(path.GetString());
+    }
+    for (const SdfPath& path : GetRprimCollection().GetExcludePaths()) {
+        filter.excludePaths.push_back(path.GetString());
+    }
+    param_.applyFilter(filter);
+}
+
+const RenderSettingsPrim* RenderPass::refreshSettings() {
+    SettingsStack& settings = param_.settings();
+    settings.refreshOverrides();
+    HdRenderIndex& index = *GetRenderIndex();
+    const RenderSettingsPrim* prim = nullptr;
+    SdfPath path;
+    if (HdUtils::HasActiveRenderSettingsPrim(index.GetTerminalSceneIndex(), &path)) {
+        prim = dynamic_cast<const RenderSettingsPrim*>(
+            index.GetBprim(tokens().renderSettings, path));
+    }
+    if (prim == nullptr) {
+        prim = param_.activeSettingsPrim();
+    }
+    if (prim == nullptr) {
+        settings.clearPrim();
+        param_.setRenderingColorSpace("");
+        return nullptr;
+    }
+    settings.setFromPrim(prim->GetId().GetString(), prim->GetNamespacedSettings());
+    param_.setRenderingColorSpace(prim->GetRenderingColorSpace().GetString());
+    return prim;
+}
+
+std::vector<RenderPass::Target> RenderPass::resolveTargets(const HdRenderPassState& state) {
+    const std::string viewAov = param_.settings().options().viewAov;
+    std::vector<Target> targets;
+    for (const HdRenderPassAovBinding& binding : state.GetAovBindings()) {
+        Target target;
+        target.aov = binding.aovName.GetString();
+        target.buffer = bufferOf(binding, *GetRenderIndex());
+        if (target.buffer == nullptr) {
+            param_.diagnostics().error(target.aov, "this AOV is bound without a buffer of this "
+                                                   "renderer; it is not rendered.");
+            continue;
+        }
+        if (binding.aovName == tokens().color && !viewAov.empty()) {
+            target.aov = viewAov;
+            target.asColor = true;
+        }
+        targets.push_back(target);
+    }
+    return targets;
+}
+
+Fingerprint RenderPass::fingerprint(const HdRenderPassState& state,
+                                    const std::vector<Target>& targets,
+                                    const RenderSettingsPrim* products) const {
+    Fingerprint print;
+    print.add(param_.editVersion());
+    print.add(param_.settings().version());
+    print.add(currentFrame());
+    addViewport(print, state);
+    for (const Target& target : targets) {
+        print.add(target.aov);
+        print.add(target.buffer->GetWidth());
+        print.add(target.buffer->GetHeight());
+    }
+    if (products != nullptr) {
+        print.add(products->GetId().GetString());
+        print.add(products->version());
+        for (const HdRenderSettings::RenderProduct& product : products->GetRenderProducts()) {
+            if (const auto* const camera = dynamic_cast<const HdCamera*>(
+                    GetRenderIndex()->GetSprim(tokens().camera, product.cameraPath))) {
+                addCamera(print, *camera);
+            }
+        }
+    }
+    return print;
+}
+
+std::int64_t RenderPass::currentFrame() const {
+    double frame = 0.0;
+    const bool known = HdUtils::GetCurrentFrame(GetRenderIndex()->GetTerminalSceneIndex(), &frame);
+    return known && std::isfinite(frame) ? std::llround(frame) : 0;
+}
+
+std::shared_ptr<Film> RenderPass::makeFilm(const FilmRequest& request) {
+    return std::make_shared<Film>(request);
+}
+
+void RenderPass::addViewportView(const HdRenderPassState& state,
+                                 const std::vector<Target>& targets, RenderJob& job,
+                                 JobResult& result) {
+    const Viewport viewport = resolveViewport(state, true, param_.diagnostics());
+    FilmRequest request;
+    request.window = viewport.window;
+    request.samplesPerPixel = job.options.samplesPerPixel;
+    request.aovs = {tokens().color.GetString()};
+    for (const Target& target : targets) {
+        if (!findAov(target.aov)) {
+            param_.diagnostics().error(
+                target.asColor ? "mbfeat:viewAov" : target.aov,
+                "there is no AOV " + target.aov + "; " +
+                    (target.asColor ? "color is shown" : "its buffer stays empty") +
+                    ". The nearest name is " + nearestAovName(target.aov) + ".");
+        } else if (std::find(request.aovs.begin(), request.aovs.end(), target.aov) ==
+                   request.aovs.end()) {
+            request.aovs.push_back(target.aov);
+        }
+    }
+    film_ = makeFilm(request);
+    placement_ = {viewport.bufferX, viewport.bufferY, false};
+    job.views.push_back({viewport.camera, film_, viewport.cameraPath, 0});
+    result.images.push_back({film_, viewport.cameraPath, {}});
+}
+
+void RenderPass::addProductViews(const HdRenderPassState& state,
+                                 const RenderSettingsPrim& products, RenderJob& job,
+                                 JobResult& result) {
+    ProductPlan plan =
+        planProducts(products.GetRenderProducts(), *GetRenderIndex(), job.options,
+                     state.GetEnableExposureCompensation(), param_.diagnostics());
+    for (const Error& error : plan.errors) {
+        param_.diagnostics().error(error.subject, error.text);
+    }
+    result.errors = std::move(plan.errors);
+    result.staleFiles = std::move(plan.staleFiles);
+    for (ProductView& view : plan.views) {
+        if (view.products.empty()) {
+            continue;
+        }
+        const std::shared_ptr<Film> film = makeFilm(view.film);
+        job.views.push_back({view.camera, film, view.cameraPath, 0});
+        result.images.push_back({film, view.cameraPath, std::move(view.products)});
+    }
+    if (!job.views.empty()) {
+        film_ = job.views.front().film;
+        placement_ = {0, 0, true};
+    }
+}
+
+void RenderPass::startJob(const HdRenderPassState& state, const std::vector<Target>& targets,
+                          const RenderSettingsPrim* products) {
+    param_.stopRender();
+    film_.reset();
+    RenderJob job;
+    job.options = param_.settings().options();
+    job.settings = param_.settings().resolved();
+    job.frame = currentFrame();
+    job.interactive = param_.settings().isInteractive();
+    JobResult result;
+    result.onError = job.options.onError;
+
+    std::vector<std::string> primvars;
+    for (const Target& target : targets) {
+        const std::string name = primvarOfAov(target.aov);
+        if (!name.empty()) {
+            primvars.push_back(name);
+        }
+    }
+    if (param_.addAovPrimvars(primvars)) {
+        GetRenderIndex()->GetChangeTracker().MarkAllRprimsDirty(HdChangeTracker::DirtyPrimvar);
+    }
+    if (products != nullptr) {
+        addProductViews(state, *products, job, result);
+    }
+    if (job.views.empty()) {
+        addViewportView(state, targets, job, result);
+    }
+    Diagnostics& diagnostics = param_.diagnostics();
+    job.finish = [result = std::move(result), &diagnostics](RenderReport& report) {
+        finishJob(result, diagnostics, report);
+    };
+    ++jobNumber_;
+    hasJob_ = true;
+    param_.startRender(std::move(job));
+}
+
+void RenderPass::showFilms(std::vector<Target>& targets, bool done) {
+    const std::uint64_t samples = param_.renderer().progress().samples;
+    const std::uint64_t stamp = (jobNumber_ << 45U) | (samples << 1U) | (done ? 1U : 0U);
+    for (Target& target : targets) {
+        RenderBuffer& buffer = *target.buffer;
+        if (buffer.stamp() != stamp) {
+            target.filmIndex = film_->findBound(target.aov);
+            if (target.filmIndex < 0 && target.asColor) {
+                target.filmIndex = film_->findBound(tokens().color.GetString());
+            }
+            if (target.filmIndex < 0) {
+                fillWithClearValue(buffer, target.aov);
+            } else {
+                showFilm(*film_, target.filmIndex, placement_, target.asColor, buffer);
+            }
+            buffer.setStamp(stamp);
+        }
+        buffer.setConverged(done);
+    }
+}
+
+void RenderPass::giveUp(const HdRenderPassState& state, const std::string& why) {
+    param_.diagnostics().error("render pass", why);
+    for (const HdRenderPassAovBinding& binding : state.GetAovBindings()) {
+        if (RenderBuffer* const buffer = bufferOf(binding, *GetRenderIndex())) {
+            fillWithClearValue(*buffer, binding.aovName.GetString());
+            buffer->setConverged(true);
+        }
+    }
+}
+
+}  // namespace mbfeat
