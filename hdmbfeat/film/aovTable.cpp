@@ -98,15 +98,15 @@ void addFeatures(std::vector<AovDescriptor>& table) {
     for (int k = 0; k < kFeatureVertices; ++k) {
         const std::size_t base = offsetof(PathRecord, features) + k * sizeof(VertexFeatures);
         const std::string at = " at vertex " + std::to_string(k);
-        const std::string missing = "; paths that did not reach it count as zero.";
+        const std::string missing = "; zero for paths that did not reach it.";
         table.push_back(makeVertexAov("albedo", k, kRgb, base + offsetof(VertexFeatures, albedo),
-                                      kRecordFeatures, "Mean albedo" + at + ", 0 to 1" + missing));
+                                      kRecordFeatures, "Albedo" + at + ", 0 to 1" + missing));
         table.push_back(makeVertexAov(
             "normal", k, kXyz, base + offsetof(VertexFeatures, normal), kRecordFeatures,
-            "Mean shading normal" + at + ", world space, facing the ray" + missing));
+            "Shading normal" + at + ", world space, facing the ray" + missing));
         table.push_back(makeVertexAov(
             "direct", k, kRgb, base + offsetof(VertexFeatures, direct), kRecordFeatures,
-            "Mean light-sampled radiance" + at + ", before path throughput" + missing));
+            "Light-sampled radiance" + at + ", before path throughput" + missing));
     }
 }
 
@@ -131,19 +131,19 @@ void addFirstNonDelta(std::vector<AovDescriptor>& table) {
     const std::string prefix = "mbfeat:firstNonDelta:";
     table.push_back(makeAov(prefix + "albedo", kRgb, offsetof(PathRecord, nonDeltaAlbedo),
                             kRecordFirstNonDelta,
-                            "Mean albedo of the first vertex that is neither mirror nor clear "
+                            "Albedo of the first vertex that is neither mirror nor clear "
                             "glass."));
     table.push_back(makeAov(prefix + "normal", kXyz, offsetof(PathRecord, nonDeltaNormal),
                             kRecordFirstNonDelta,
-                            "Mean shading normal of the first vertex that is neither mirror nor "
+                            "Shading normal of the first vertex that is neither mirror nor "
                             "clear glass, world space."));
     table.push_back(makeAov(prefix + "depth", kDistance, offsetof(PathRecord, nonDeltaDepth),
                             kRecordFirstNonDelta,
-                            "Mean length of the path to the first vertex that is neither mirror "
+                            "Length of the path to the first vertex that is neither mirror "
                             "nor clear glass, scene units."));
     table.push_back(makeAov(prefix + "tint", kRgb, offsetof(PathRecord, nonDeltaTint),
                             kRecordFirstNonDelta,
-                            "Mean throughput of the path to the first vertex that is neither "
+                            "Throughput of the path to the first vertex that is neither "
                             "mirror nor clear glass, without the choice between reflection and "
                             "refraction."));
 }
@@ -152,23 +152,21 @@ void addExtended(std::vector<AovDescriptor>& table) {
     for (int k = 0; k < kFeatureVertices; ++k) {
         const std::size_t base = offsetof(PathRecord, extended) + k * sizeof(VertexExtended);
         const std::string number = std::to_string(k);
-        table.push_back(makeVertexAov(
-            "roughness", k, kScalar, base + offsetof(VertexExtended, roughness), kRecordExtended,
-            "Mean roughness of the lobe that continued the path at vertex " + number +
-                "; 1 is diffuse."));
+        table.push_back(makeVertexAov("roughness", k, kScalar,
+                                      base + offsetof(VertexExtended, roughness), kRecordExtended,
+                                      "Roughness of the lobe that continued the path at vertex " +
+                                          number + "; 1 is diffuse."));
         table.push_back(makeVertexAov(
             "distance", k, kDistance, base + offsetof(VertexExtended, distance), kRecordExtended,
-            "Mean distance from the previous vertex to vertex " + number + ", scene units."));
+            "Distance from the previous vertex to vertex " + number + ", scene units."));
         table.push_back(makeVertexAov("throughput", k, kRgb,
                                       base + offsetof(VertexExtended, throughput), kRecordExtended,
-                                      "Mean throughput of the path up to vertex " + number + "."));
-        AovDescriptor event = makeVertexAov("event", k, kScalar,
-                                            base + offsetof(VertexExtended, event), kRecordExtended,
-                                            "Scattering at vertex " + number +
-                                                " of the sample nearest the pixel centre: bits 1 "
-                                                "reflect, 2 transmit, 4 diffuse, 8 glossy, 16 "
-                                                "specular, 32 emission; 0 where the path "
-                                                "ended.");
+                                      "Throughput of the path up to vertex " + number + "."));
+        AovDescriptor event = makeVertexAov(
+            "event", k, kScalar, base + offsetof(VertexExtended, event), kRecordExtended,
+            "Scattering at vertex " + number +
+                ": bits 1 reflect, 2 transmit, 4 diffuse, 8 glossy, "
+                "16 specular, 32 emission; 0 where the path ended.");
         event.type = AovType::kInt;
         event.reduction = AovReduction::kNearest;
         table.push_back(std::move(event));
@@ -191,7 +189,7 @@ AovDescriptor makePrimvar(const std::string& name) {
                               : primvar == "displayOpacity" ? Channels{"A"}
                                                             : kXyz;
     return makeAov(name, channels, offsetof(PathRecord, primvars), kRecordPrimvars,
-                   "Mean value of the primvar " + primvar + " at the first hit.");
+                   "Value of the primvar " + primvar + " at the first hit.");
 }
 
 } // namespace
