@@ -68,11 +68,14 @@ RaySegment<T> offsetSegment(const Vec3<T>& p, const Vec3<T>& pError, const Vec3<
                             const Vec3<T>& targetNormal) {
     const Vec3<T> towards = target - p;
     const Vec3<T> from = offsetRayOrigin(p, pError, n, towards);
-    const Vec3<T> to = offsetRayOrigin(target, targetError, targetNormal, -towards);
+    // Rounding the direction moves the end by up to 3 eps of each component of the way; at grazing
+    // angles only an offset that allows for it keeps the end before the target.
+    const Vec3<T> reach = targetError + abs(towards) * (T(3) * laneEpsilon<T>());
+    const Vec3<T> to = offsetRayOrigin(target, reach, targetNormal, -towards);
     const Vec3<T> d = to - from;
     const T distance = length(d);
     const T safe = max(distance, T(std::numeric_limits<Scalar<T>>::min()));
-    // Direction and length are rounded: end short by what that can amount to.
+    // The length is rounded too, and so is what a tracer makes of it.
     return {from, d / safe, distance * (T(1) - T(8) * laneEpsilon<T>())};
 }
 

@@ -1,0 +1,131 @@
+#include "core/distribution.h"
+
+#include <limits>
+
+#include "support/check.h"
+
+using namespace mbfeat;
+using namespace mbfeat::test;
+
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+void checkAlias(const std::vector<double>& weights, const std::vector<double>& truth) {
+    const AliasTable table(weights);
+    REQUIRE(table.size() == weights.size());
+    std::vector<double> observed(weights.size(), 0.0), expected(weights.size());
+    TestRandom random(2);
+    constexpr int kSamples = 400000;
+    for (int i = 0; i < kSamples; ++i) {
+        const AliasTable::Pick pick = table.sample(random.nextFloat());
+        REQUIRE(pick.probability == table.probability(pick.index));
+        REQUIRE(truth[pick.index] > 0.0);
+        REQUIRE((pick.u >= 0.0F && pick.u < 1.0F));
+        observed[pick.index] += 1.0;
+    }
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+        CHECK(isNear(table.probability(static_cast<std::uint32_t>(i)), truth[i], 1e-6, 1e-12));
+        expected[i] = truth[i] * kSamples;
+    }
+    checkPassed(chiSquaredTest(observed, expected));
+}
+
+} // namespace
+
+TEST_CASE("alias table picks in proportion to the weights, and never weight zero") {
+    checkAlias({1.0, 2.0, 0.0, 5.0, 2.0}, {0.1, 0.2, 0.0, 0.5, 0.2});
+    checkAlias({0.0, 0.0, 1e-300, 3e-300}, {0.0, 0.0, 0.25, 0.75});
+    checkAlias({1e300, 1e300, 0.0, 2e300}, {0.25, 0.25, 0.0, 0.5});
+}
+
+TEST_CASE("alias table ignores weights that are not finite or negative") {
+    checkAlias({kNan, 1.0, kInf, -4.0, 3.0}, {0.0, 0.25, 0.0, 0.0, 0.75});
+}
+
+TEST_CASE("alias table of nothing but zeros is uniform and says so") {
+    const AliasTable table({0.0, kNan, 0.0, 0.0});
+    CHECK(table.isDegenerate());
+    CHECK(table.probability(1) == 0.25F);
+    CHECK(table.sample(kOneMinusEpsilon).index == 3);
+    CHECK_FALSE(AliasTable({0.0, 1.0}).isDegenerate());
+}
+
+TEST_CASE("the number left over by the alias table is uniform") {
+    const AliasTable table({1.0, 2.0, 0.0, 5.0, 2.0});
+    checkPassed(chiSquaredPlane(
+        {0.0, 5.0, 0.0, 1.0, 5, 50},
+        [&](TestRandom& random) -> std::optional<Vec2<double>> {
+            const AliasTable::Pick pick = table.sample(static_cast<float>(random.nextDouble()));
+            return Vec2<double>(pick.index + 0.5, pick.u);
+        },
+        [&](double x, double) { return table.probability(static_cast<std::uint32_t>(x)); }));
+}
+
+TEST_CASE("one-dimensional distribution follows its pdf, skipping empty intervals") {
+    const PiecewiseConstant1D distribution({0.0, 3.0, 0.0, 1.0, 4.0, 0.0});
+    checkPassed(chiSquaredPlane(
+        {0.0, 1.0, 0.0, 1.0, 60, 1},
+        [&](TestRandom& random) -> std::optional<Vec2<double>> {
+            const PiecewiseConstant1D::Sample s = distribution.sample(random.nextFloat());
+            REQUIRE(s.pdf == distribution.pdf(s.x));
+            REQUIRE(s.pdf > 0.0F);
+            return Vec2<double>(s.x, 0.5);
+        },
+        [&](double x, double) { return distribution.pdf(static_cast<float>(x)); }));
+    CHECK(isNear(distribution.probability(4), 0.5, 1e-6));
+    CHECK(distribution.probability(0) == 0.0F);
+    CHECK(distribution.probability(5) == 0.0F);
+    CHECK(distribution.sample(0.0F).index == 1);
+    CHECK(distribution.sample(kOneMinusEpsilon).index == 4);
+    CHECK(distribution.pdf(-0.1F) == 0.0F);
+    CHECK(distribution.pdf(1.0F) == 0.0F);
+    CHECK(distribution.pdf(std::nanf("")) == 0.0F);
+}
+
+TEST_CASE("one-dimensional distribution without usable weights is uniform") {
+    const PiecewiseConstant1D distribution({kNan, -1.0, 0.0, kInf});
+    CHECK(distribution.isDegenerate());
+    for (int i = 0; i < 4; ++i) {
+        CHECK(distribution.probability(i) == 0.25F);
+    }
+}
+
+TEST_CASE("two-dimensional distribution follows the probabilities of its cells") {
+    constexpr int kWidth = 7, kHeight = 5;
+    std::vector<float> weights(kWidth * kHeight);
+    TestRandom random(4);
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+        weights[i] = i % 4 == 0 ? 0.0F : random.nextFloat();
+    }
+    weights[8] = std::nanf("");
+    const PiecewiseConstant2D distribution(kWidth, kHeight, weights);
+    CHECK(distribution.width() == kWidth);
+    CHECK(distribution.height() == kHeight);
+    double sum = 0.0;
+    for (int y = 0; y < kHeight; ++y) {
+        for (int x = 0; x < kWidth; ++x) {
+            sum += distribution.probability(x, y);
+        }
+    }
+    CHECK(isNear(sum, 1.0, 1e-6));
+    CHECK(distribution.probability(1, 1) == 0.0F);
+    checkPassed(chiSquaredPlane(
+        {0.0, kWidth, 0.0, kHeight, 4 * kWidth, 4 * kHeight},
+        [&](TestRandom& r) -> std::optional<Vec2<double>> {
+            const PiecewiseConstant2D::Sample s = distribution.sample(r.nextFloat2());
+            REQUIRE(s.probability == distribution.probability(s.x, s.y));
+            return Vec2<double>(s.x + static_cast<double>(s.fraction.x),
+                                s.y + static_cast<double>(s.fraction.y));
+        },
+        [&](double x, double y) {
+            return distribution.probability(static_cast<int>(x), static_cast<int>(y));
+        }));
+}
+
+TEST_CASE("two-dimensional distribution of a black image is uniform") {
+    const PiecewiseConstant2D distribution(4, 2, std::vector<float>(8, 0.0F));
+    CHECK(distribution.isDegenerate());
+    CHECK(distribution.probability(3, 1) == 0.125F);
+}
