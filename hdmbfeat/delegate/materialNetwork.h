@@ -72,9 +72,4 @@ void setColorSpace(ImageKey& image, const std::string& name);
 void translatePreviewSurface(const NetworkNode& surface, MaterialBuilder& builder);
 /// standard_surface, open_pbr_surface and gltf_pbr. False for another node.
 bool translateMaterialX(const NetworkNode& surface, MaterialBuilder& builder);
-/// An input of any surface: the constant, primvar or texture that feeds it. `isMaterialX` looks
-/// through arithmetic nodes for the nearest texture or constant, and reports it in `approximated`.
-void translateInput(const NetworkNode& node, const char* name, MaterialInput& input,
-                    MaterialBuilder& builder, std::vector<std::string>* approximated);
-
 }  // namespace mbfeat

@@ -98,10 +98,9 @@ TextureNode translateTexture(const NetworkNode& node, MaterialBuilder& builder) 
     return texture;
 }
 
-}  // namespace
-
+/// The constant, texture or primvar that feeds an input.
 void translateInput(const NetworkNode& node, const char* name, MaterialInput& input,
-                    MaterialBuilder& builder, std::vector<std::string>* approximated) {
+                    MaterialBuilder& builder) {
     if (const std::optional<Float3> constant = asFloat3(node.parameter(name))) {
         input.value = *constant;
     }
@@ -121,14 +120,12 @@ void translateInput(const NetworkNode& node, const char* name, MaterialInput& in
         input.value = asFloat3(source.parameter("fallback")).value_or(Float3(0.0F));
         return;
     }
-    if (approximated != nullptr) {
-        approximated->push_back(name);
-        return;
-    }
     builder.warn(std::string("input ") + name + " is connected to the unknown node " +
                  source.type() + "; its constant is used. Use a UsdUVTexture or a " +
                  "UsdPrimvarReader.");
 }
+
+}  // namespace
 
 void translatePreviewSurface(const NetworkNode& surface, MaterialBuilder& builder) {
     Material& m = builder.material();
@@ -147,7 +144,7 @@ void translatePreviewSurface(const NetworkNode& surface, MaterialBuilder& builde
         {"occlusion", &m.occlusion},
     }};
     for (const auto& [name, input] : inputs) {
-        translateInput(surface, name, *input, builder, nullptr);
+        translateInput(surface, name, *input, builder);
     }
     m.useSpecularWorkflow = asBool(surface.parameter("useSpecularWorkflow"), false);
     const VtValue mode = surface.parameter("opacityMode");
