@@ -168,7 +168,7 @@ class VirtualEnvironment(Step):
         lines = self.requirements.read_text(encoding="utf-8").splitlines()
         pip = [line for line in lines if line.startswith("pip==")]
         failure = "the pinned Python packages could not be installed"
-        self.pip(["install", *pip], failure, folder)
+        self.pip(["install", "--progress-bar", "off", *pip], failure, folder)
         raw = ["--progress-bar", "raw"]
         self.pip(["install", "--no-deps", *raw, "-r", self.requirements], failure, folder)
         self.pip(["check"], "the pinned Python packages do not fit together", folder)
@@ -208,6 +208,9 @@ class LintPackages(VirtualEnvironment):
 
     def key(self) -> str:
         return digest(read_stamp(self.layout.stamp("venv")), self.requirements.read_bytes())
+
+    def present(self) -> bool:
+        return (self.layout.venv / "bin" / "ruff").exists()
 
     def make(self) -> None:
         install = ["install", "--no-deps", "--force-reinstall", "-r"]
