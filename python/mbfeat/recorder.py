@@ -8,7 +8,6 @@ without a GPU, and nobody ever sees half a file. Another renderer's image is mov
 from __future__ import annotations
 
 import os
-import sys
 import tempfile
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -16,7 +15,14 @@ from pathlib import Path
 from typing import Any
 
 from mbfeat import _core
-from mbfeat.images import LINEAR_EXTENSIONS, ColorCorrection, problem_with_folder, problem_with_format, write_image
+from mbfeat.diagnostics import tf_messages
+from mbfeat.images import (
+    LINEAR_EXTENSIONS,
+    ColorCorrection,
+    problem_with_folder,
+    problem_with_format,
+    write_image,
+)
 from mbfeat.summary import summary
 
 OWN_RENDERER = "HdMBFeatRendererPlugin"
@@ -42,6 +48,7 @@ class Recording:
 
     @property
     def is_own_renderer(self) -> bool:
+        """Whether MBFeat renders; another renderer leaves its image to the recorder."""
         return bool(self.recorder.GetCurrentRendererId() == OWN_RENDERER)
 
 
@@ -88,7 +95,7 @@ def _run_recorder(recording: Recording, frame: float, output: str, scratch: Path
     try:
         recorded = recording.recorder.Record(recording.stage, recording.camera, frame, str(target))
     except Tf.ErrorException as error:
-        return "; ".join(message for message in tf_messages(error)) or "OpenUSD reported an error"
+        return "; ".join(tf_messages(error)) or "OpenUSD reported an error"
     if own:
         return ""  # whether there is an image is told by the film
     if not recorded or not target.exists():
@@ -111,10 +118,9 @@ def _write_own_image(
     recording: Recording, finished: _core.FinishedFrame, output: str, what: str
 ) -> None:
     report = finished.report
-    if report.errors:
-        raise RecordError("; ".join(report.errors))
     if report.interrupted:
-        raise RecordError(f"{what}: the render ended before it was complete")
+        reason = "; ".join(report.errors) or "the render ended before it was complete"
+        raise RecordError(f"{what}: {reason}; {output} was not written")
     film, camera, _ = finished.images[0]
     try:
         write_image(output, film, report, recording.correction)
@@ -124,20 +130,10 @@ def _write_own_image(
         width, height = film.resolution
         seen = f"camera {camera or 'that frames the stage'}, {width} x {height} pixels"
         print(summary(report, f"{what}, {seen}", [output]), flush=True)
-
-
-def tf_messages(error: Any) -> list[str]:
-    """The texts of a Tf.ErrorException without the source positions of OpenUSD."""
-    texts = [str(getattr(part, "commentary", part)).strip() for part in error.args]
-    return list(dict.fromkeys(text for text in texts if text))
+    if report.errors:
+        raise RecordError("; ".join(report.errors))
 
 
 def is_linear(output: str) -> bool:
     """Whether images of that name hold linear values."""
     return Path(output).suffix.lower() in LINEAR_EXTENSIONS
-
-
-def complain(text: str) -> None:
-    """One message on stderr."""
-    sys.stderr.write(f"usdrecord: {text}\n")
-    sys.stderr.flush()

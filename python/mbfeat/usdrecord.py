@@ -11,6 +11,7 @@ from __future__ import annotations
 import sys
 from typing import Any
 
+from mbfeat.diagnostics import complain, tf_messages
 from mbfeat.runtime import RuntimeMissingError, use_runtime
 
 INTERRUPTED = 130
@@ -26,17 +27,17 @@ def main(arguments: list[str] | None = None) -> int:
         use_runtime()
         return _run(arguments)
     except RuntimeMissingError as error:
-        sys.stderr.write(f"usdrecord: {error}\n")
+        complain(str(error))
         return 1
     except KeyboardInterrupt:
-        sys.stderr.write("usdrecord: interrupted\n")
+        complain("interrupted")
         return INTERRUPTED
 
 
 def _run(arguments: list[str] | None) -> int:
     from mbfeat import _core
     from mbfeat.options import parse
-    from mbfeat.recorder import InterruptedByUserError, RecordError, complain
+    from mbfeat.recorder import InterruptedByUserError, RecordError
 
     parser, options = parse("usdrecord", arguments)
     _core.host.clear_stop()
@@ -61,7 +62,7 @@ def _record(parser: Any, options: Any) -> None:
     from pxr import Tf, UsdAppUtils
 
     from mbfeat.images import problem_with_folder
-    from mbfeat.recorder import record_frames, tf_messages
+    from mbfeat.recorder import record_frames
 
     stage = open_stage(options)
     # The path goes through str.format: braces in it are no placeholders.
@@ -86,12 +87,11 @@ def _record(parser: Any, options: Any) -> None:
 
 
 def _make_recording(stage: Any, camera: Any, settings_path: str, options: Any) -> Any:
-    from pxr import UsdAppUtils
 
     from mbfeat import _core
     from mbfeat.images import ColorCorrection, check_correction
     from mbfeat.options import words
-    from mbfeat.recorder import Recording, complain, is_linear
+    from mbfeat.recorder import Recording, is_linear
 
     correction = ColorCorrection(
         mode="disabled" if is_linear(options.outputImagePath) else options.colorCorrectionMode,
@@ -141,7 +141,9 @@ def _make_recorder(options: Any) -> Any:
         recorder = UsdAppUtils.FrameRecorder(plugin, False, options.drawModeEnabled)
         renderer = recorder.GetCurrentRendererId()
     except Tf.ErrorException as error:
-        raise StageError(f"{wanted} without a GPU, which this command never uses; {advice}") from error
+        raise StageError(
+            f"{wanted} without a GPU, which this command never uses; {advice}"
+        ) from error
     if not renderer or (plugin and renderer != plugin):
         raise StageError(f"{wanted} without a GPU, which this command never uses; {advice}")
     return recorder
@@ -152,7 +154,6 @@ def open_stage(options: Any) -> Any:
     from pxr import Ar, Sdf, Tf, Usd
 
     from mbfeat.options import words
-    from mbfeat.recorder import tf_messages
 
     def layer_of(path: str) -> Any:
         try:
@@ -195,8 +196,6 @@ def find_settings(stage: Any, pass_path: str | None, settings_path: str | None) 
     """Path of the RenderSettings to use: named, of the named pass, or the stage's; or empty."""
     from pxr import UsdRender
 
-    from mbfeat.recorder import complain
-
     if pass_path and settings_path:
         raise StageError(
             "--renderSettingsPrimPath and --renderPassPrimPath exclude each other; give one"
@@ -211,7 +210,9 @@ def find_settings(stage: Any, pass_path: str | None, settings_path: str | None) 
                 f"the RenderPass <{pass_path}> has no renderSource; let it name a RenderSettings"
             )
         if len(targets) > 1:
-            complain(f"<{pass_path}> has several render sources; the first, <{targets[0]}>, is used")
+            complain(
+                f"<{pass_path}> has several render sources; the first, <{targets[0]}>, is used"
+            )
         return str(targets[0])
     if settings_path:
         if not UsdRender.Settings(_prim_at(stage, settings_path, "--renderSettingsPrimPath")):
@@ -234,8 +235,6 @@ def find_camera(stage: Any, wanted: Any, settings_path: str) -> Any:
     With an invalid camera the recorder frames the stage.
     """
     from pxr import UsdAppUtils, UsdGeom, UsdRender, UsdUtils
-
-    from mbfeat.recorder import complain
 
     camera = UsdGeom.Camera()
     if wanted:
@@ -277,8 +276,6 @@ class _Profile:
 
     def finish(self) -> None:
         from pxr import Tf, Trace
-
-        from mbfeat.recorder import complain
 
         options = self._options
         if options.traceToFile:

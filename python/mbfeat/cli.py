@@ -1,0 +1,150 @@
+"""The command ``mbfeat``: tables of settings and AOVs, layouts of files and stages."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+DIFFERS = 1  # exit code of a check that found a difference
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs a sub-command; returns its exit code: 0, 1 for errors and differences, 2 for usage."""
+    parser = argparse.ArgumentParser(
+        prog="mbfeat", description="Tables, layouts and generated files of the renderer MBFeat."
+    )
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    _add_aovs(commands)
+    _add_settings(commands)
+    _add_generated(commands)
+    options = parser.parse_args(arguments)
+    try:
+        return int(options.run(options))
+    except BrokenPipeError:
+        sys.stderr.close()  # the reader of a pipe has seen enough
+        return 0
+    except KeyboardInterrupt:
+        return 130
+
+
+def _add_aovs(commands: Any) -> None:
+    command = commands.add_parser(
+        "aovs",
+        help="list the AOVs of an EXR file or of a stage's products, and check a file",
+        description="Lists the layout of an EXR file, or of the files that the render products of "
+        "a stage would write; without either, every AOV there is. Exits with 1 when a file "
+        "differs from the table of AOVs, or a product cannot be written as asked.",
+    )
+    command.add_argument("file", nargs="?", metavar="STAGE|EXR")
+    command.add_argument("--settings", metavar="PRIMPATH", help="only this RenderSettings prim's")
+    command.add_argument("--json", action="store_true", help="print JSON")
+    command.set_defaults(run=_run_aovs)
+
+
+def _add_settings(commands: Any) -> None:
+    command = commands.add_parser("settings", help="list the render settings")
+    command.add_argument("--json", action="store_true", help="print JSON")
+    command.set_defaults(run=_run_settings)
+
+
+def _add_generated(commands: Any) -> None:
+    docs = commands.add_parser("docs", help="write the reference pages again from the tables")
+    docs.set_defaults(run=_run_docs)
+    schema = commands.add_parser("schema", help="write the USD schemas again from the tables")
+    schema.add_argument(
+        "folder", nargs="?", type=Path, help="where to (default: schemas/ of the checkout)"
+    )
+    schema.set_defaults(run=_run_schema)
+    for command in (docs, schema):
+        command.add_argument(
+            "--check", action="store_true", help="write nothing; exit with 1 if a file is outdated"
+        )
+
+
+def _run_aovs(options: argparse.Namespace) -> int:
+    from mbfeat import _core, layout
+
+    if options.file is None:
+        rows = layout.aov_rows()
+        _print([vars(row) for row in rows] if options.json else "\n".join(layout.table(rows)))
+        return 0
+    try:
+        if layout.is_exr(options.file):
+            layouts = [layout.read_layout(options.file)]
+        else:
+            layouts = layout.stage_layouts(options.file, options.settings or "")
+    except (_core.Error, ValueError) as error:
+        return _fail(str(error))
+    except ImportError:
+        return _fail(f"{options.file}: reading a stage needs OpenUSD's Python package: usd-core")
+    if options.json:
+        _print([one.to_json() for one in layouts])
+    else:
+        _print("\n\n".join(one.to_text() for one in layouts) or "no render products")
+    return DIFFERS if any(one.problems for one in layouts) else 0
+
+
+def _run_settings(options: argparse.Namespace) -> int:
+    from mbfeat import _core, schema
+
+    rows = [
+        {
+            "name": setting.name,
+            "type": schema.attribute_type(setting),
+            "default": setting.default,
+            "environment": setting.environment,
+            "allowed": setting.allowed,
+            "meaning": schema.documentation(setting),
+        }
+        for setting in _core.setting_table()
+    ]
+    if options.json:
+        _print(rows)
+        return 0
+    for row in rows:
+        default = json.dumps(row["default"])
+        print(f"{row['name']} = {default}  ({row['type']}, {row['environment']})")
+        print(f"    {row['meaning']}")
+        if row["allowed"]:
+            print(f"    one of {', '.join(row['allowed'])}")
+    return 0
+
+
+def _run_docs(options: argparse.Namespace) -> int:
+    from mbfeat import pages
+
+    return _generated(pages.outdated() if options.check else pages.write(), options.check)
+
+
+def _run_schema(options: argparse.Namespace) -> int:
+    from mbfeat import schema
+
+    folder = options.folder or Path(__file__).resolve().parents[2] / "schemas"
+    if options.folder is None and not (folder.parent / "hdmbfeat").is_dir():
+        return _fail("schema: this is no checkout; name the folder to write to")
+    changed = schema.outdated(folder) if options.check else schema.write(folder)
+    return _generated(changed, options.check)
+
+
+def _generated(files: list[Path], check: bool) -> int:
+    for path in files:
+        print(f"{'outdated' if check else 'wrote'} {path}")
+    if not files:
+        print("everything is up to date")
+    return DIFFERS if check and files else 0
+
+
+def _print(content: Any) -> None:
+    print(content if isinstance(content, str) else json.dumps(content, indent=2))
+
+
+def _fail(text: str) -> int:
+    sys.stderr.write(f"mbfeat: {text}\n")
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
