@@ -107,6 +107,9 @@ def probe_source(hydra: Path, facts: dict[str, Any]) -> str:
     headers = sorted(path.relative_to(hydra) for path in hydra.glob("pxr/imaging/**/*.h"))
     lines = [f'#include "{header}"' for header in headers]
     lines += ["#include <type_traits>", "PXR_NAMESPACE_OPEN_SCOPE"]
+    for name, (size, align) in facts["base_types"].items():
+        condition = f"sizeof({name}) == {size} && alignof({name}) == {align}"
+        lines.append(f'static_assert({condition}, "{name}");')
     for name, fact in facts["classes"].items():
         if fact["align"] is not None:
             lines.append(f'static_assert(alignof({name}) == {fact["align"]}, "{name}");')
