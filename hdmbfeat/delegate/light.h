@@ -38,9 +38,4 @@ private:
     std::vector<Light> published_;  ///< as the scene has them: one, or one an instance
 };
 
-/// Colour of a black body of that temperature (kelvin) in linear Rec.709, luminance 1, no channel
-/// below 0. Planck's law with the colour matching functions of Wyman, Sloan and Shirley, "Simple
-/// Analytic Approximations to the CIE XYZ Color Matching Functions", JCGT 2013.
-Rgb blackbodyColor(float kelvin);
-
 }  // namespace mbfeat
