@@ -74,7 +74,9 @@ private:
     Interface interfaceAt(const T& c) const;
     Vec3<T> outsideReflectance(const T& c) const;
     Vec3<T> diffuseTransmittance(const T& cosine) const;
-    T coatReflectance(const T& c) const { return coat_ * fresnelDielectric(outside_, c); }
+    T coatReflectance(const T& c) const {
+        return any(coat_ > T(0)) ? coat_ * fresnelDielectric(outside_, c) : T(0);
+    }
     T coatTransmittance(const Vec3<T>& wo, const Vec3<T>& wi) const;
     LobeProbabilities probabilities(const Vec3<T>& wo) const;
     T reflectProbability(const T& cosine) const;
@@ -156,6 +158,9 @@ void Bsdf<T>::setDiffuse() {
 
 template <class T>
 Vec3<T> Bsdf<T>::outsideReflectance(const T& c) const {
+    if (none(p_.useSpecularWorkflow)) {
+        return Vec3<T>(fresnelDielectric(outside_, c));
+    }
     return select<T>(p_.useSpecularWorkflow, fresnelSchlick(p_.specularColor, c),
                      Vec3<T>(fresnelDielectric(outside_, c)));
 }
@@ -192,6 +197,9 @@ Vec3<T> Bsdf<T>::diffuseTransmittance(const T& cosine) const {
 
 template <class T>
 T Bsdf<T>::coatTransmittance(const Vec3<T>& wo, const Vec3<T>& wi) const {
+    if (!any(p_.clearcoat > T(0))) {
+        return T(1);
+    }
     const T fresnel = fresnelDielectric(outside_, abs(wi.z));
     const T weight = select(wi.z > T(0), coat_, coatBehind_);
     return (T(1) - coatReflectance(wo.z)) * (T(1) - weight * fresnel);
@@ -201,7 +209,9 @@ template <class T>
 typename Bsdf<T>::LobeProbabilities Bsdf<T>::probabilities(const Vec3<T>& wo) const {
     const Interface interface = interfaceAt(wo.z);
     const T coat = coatReflectance(wo.z);
-    const T diffuse = (T(1) - coat) * mean(diffuse_ * diffuseTransmittance(wo.z));
+    const T diffuse = any(maxComponent(diffuse_) > T(0))
+                          ? (T(1) - coat) * mean(diffuse_ * diffuseTransmittance(wo.z))
+                          : T(0);
     const T below = (T(1) - coat) * mean(interface.reflected + interface.refracted);
     const T sum = coat + diffuse + below;
     const Mask<T> lit = sum > T(1e-20F);
@@ -214,6 +224,9 @@ typename Bsdf<T>::LobeProbabilities Bsdf<T>::probabilities(const Vec3<T>& wo) co
 /// Probability that the interface reflects, given the cosine to the facet it hit.
 template <class T>
 T Bsdf<T>::reflectProbability(const T& cosine) const {
+    if (!any(p_.opacity < T(1))) {
+        return T(1);
+    }
     const Interface interface = interfaceAt(cosine);
     const T reflected = mean(interface.reflected);
     const T sum = reflected + mean(interface.refracted);
@@ -225,10 +238,13 @@ void Bsdf<T>::addDiffuse(const Vec3<T>& wo, const Vec3<T>& wi, const T& probabil
                          BsdfValue<T>& value) const {
     const Mask<T> valid = wi.z > T(0);
     const T density = max(wi.z, T(0)) * T(kInvPi);
+    value.pdf += probability * density;
+    if (!any(maxComponent(diffuse_) > T(0))) {
+        return;
+    }
     const Vec3<T> f = diffuse_ * diffuseTransmittance(wo.z) *
                       diffuseTransmittance(max(wi.z, T(0))) * (density * coatTransmittance(wo, wi));
     value.diffuse = select<T>(valid, f, Vec3<T>(T(0)));
-    value.pdf += probability * density;
 }
 
 template <class T>
