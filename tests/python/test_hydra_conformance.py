@@ -230,6 +230,11 @@ def test_mistake_is_found(name: str, findings_of_mistakes: list[str]) -> None:
     assert any(re.search(pattern, text) for text in findings_of_mistakes), findings_of_mistakes
 
 
+def test_symbol_that_the_library_lacks_is_found(findings_of_mistakes: list[str]) -> None:
+    symbol = "HdLight10IlluminateEv: needed, but not in the library"
+    assert any(text.endswith(symbol) for text in findings_of_mistakes), findings_of_mistakes
+
+
 def test_only_classes_with_mistakes_are_accused(findings_of_mistakes: list[str]) -> None:
     accused = {match[0] for text in findings_of_mistakes if (match := re.match(r"Hd\w+", text))}
     wrong = {Path(mistake.header).stem for mistake in MISTAKES.values()} - {"driver"}
