@@ -202,10 +202,12 @@ void bindFilm(nb::module_& module) {
         .def_prop_ro("aovs", [](const FilmHandle& h) { return h.film->aovs(); })
         .def_prop_ro("bytes", [](const FilmHandle& h) { return h.film->bytes(); })
         .def("resolve", &resolve, "aov"_a,
+             nb::sig("def resolve(self, aov: str) -> NDArray[numpy.float32 | numpy.int32]"),
              "The AOV's values as a new array [height, width, channels], float32, or int32 for "
              "ids; row 0 is the top. Error when the film does not hold it.")
         .def_prop_ro("sample_counts", &sampleCounts, "int32 [height, width]")
         .def_prop_ro("path_samples", &pathSamples,
+                     nb::sig("def path_samples(self) -> NDArray[numpy.float32] | None"),
                      "Kept paths, float32 [height, width, samples, fields], or None. It is the "
                      "film's own memory, read-only, and keeps the film alive.")
         .def_prop_ro("path_sample_layout",

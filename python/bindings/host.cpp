@@ -20,6 +20,9 @@ struct FrameHandle {
     std::shared_ptr<const FinishedFrame> frame;
 };
 
+/// The one Host as a class of static functions.
+struct HostFace {};
+
 nb::list images(const FrameHandle& handle) {
     nb::list result;
     for (const FinishedFrame::Image& image : handle.frame->images) {
@@ -53,32 +56,33 @@ void bindHost(nb::module_& module) {
                      "viewport's, or the first product's.")
         .def_prop_ro("report", [](const FrameHandle& handle) { return handle.frame->report; });
 
-    nb::module_ host =
-        module.def_submodule("host", "The exchange between this process and the delegates in it.");
-    host.def(
+    nb::class_<HostFace> host(module, "Host",
+                              "The exchange between this process and the delegates in it.");
+    host.def_static(
         "set_overrides",
         [](std::vector<std::pair<std::string, std::string>> overrides) {
             Host::instance().setOverrides(std::move(overrides));
         },
         "overrides"_a, "Settings of the command line, as (name, text).");
-    host.def("overrides", [] { return Host::instance().overrides(); });
-    host.def(
+    host.def_static("overrides", [] { return Host::instance().overrides(); });
+    host.def_static(
         "set_stage", [](const std::string& stage) { Host::instance().setStage(stage); }, "stage"_a,
         "Root layer of the stage that is rendered, for file headers.");
-    host.def("stage", [] { return Host::instance().stage(); });
-    host.def("request_stop", [] { Host::instance().requestStop(); });
-    host.def("clear_stop", [] { Host::instance().clearStop(); });
-    host.def("stop_requested", [] { return Host::instance().stopRequested(); });
-    host.def(
+    host.def_static("stage", [] { return Host::instance().stage(); });
+    host.def_static("request_stop", [] { Host::instance().requestStop(); });
+    host.def_static("clear_stop", [] { Host::instance().clearStop(); });
+    host.def_static("stop_requested", [] { return Host::instance().stopRequested(); });
+    host.def_static(
         "install_interrupt_handler", [] { Host::instance().installInterruptHandler(); },
         "Makes SIGINT stop all renders of the process; a second one ends the process.");
-    host.def("restore_interrupt_handler", [] { Host::instance().restoreInterruptHandler(); });
-    host.def(
+    host.def_static("restore_interrupt_handler",
+                    [] { Host::instance().restoreInterruptHandler(); });
+    host.def_static(
         "set_progress_style",
         [](Host::ProgressStyle style) { Host::instance().setProgressStyle(style); }, "style"_a);
-    host.def("progress_style", [] { return Host::instance().progressStyle(); });
-    host.def("last_frame", &lastFrame, nb::sig("def last_frame() -> FinishedFrame | None"));
-    host.def("drop_last_frame", [] { Host::instance().dropLastFrame(); });
+    host.def_static("progress_style", [] { return Host::instance().progressStyle(); });
+    host.def_static("last_frame", &lastFrame, nb::sig("def last_frame() -> FinishedFrame | None"));
+    host.def_static("drop_last_frame", [] { Host::instance().dropLastFrame(); });
 }
 
 } // namespace mbfeat

@@ -38,6 +38,10 @@ std::vector<std::string> write(const ProductSpec& product, const FilmHandle& han
     return warnings;
 }
 
+nb::object toDict(const RenderReport& report) {
+    return nb::module_::import_("json").attr("loads")(report.json());
+}
+
 nb::list settings(const RenderReport& report) {
     nb::list rows;
     for (const Settings::Resolved& row : report.settings) {
@@ -69,6 +73,8 @@ void bindReport(nb::module_& module) {
                      [](const RenderReport& r) { return r.trace.rays + r.trace.shadowRays; })
         .def_prop_ro("non_finite", [](const RenderReport& r) { return r.trace.nonFinite; })
         .def("json", &RenderReport::json)
+        .def("to_dict", &toDict, nb::sig("def to_dict(self) -> dict[str, object]"),
+             "The report as plain Python values.")
         .def("header_attributes", &RenderReport::headerAttributes);
 }
 

@@ -58,7 +58,9 @@ def _add_generated(commands: Any) -> None:
         "folder", nargs="?", type=Path, help="where to (default: schemas/ of the checkout)"
     )
     schema.set_defaults(run=_run_schema)
-    for command in (docs, schema):
+    stubs = commands.add_parser("stubs", help="write the extension module's type stub again")
+    stubs.set_defaults(run=_run_stubs)
+    for command in (docs, schema, stubs):
         command.add_argument(
             "--check", action="store_true", help="write nothing; exit with 1 if a file is outdated"
         )
@@ -90,7 +92,7 @@ def _run_aovs(options: argparse.Namespace) -> int:
 def _run_settings(options: argparse.Namespace) -> int:
     from mbfeat import _core, schema
 
-    rows = [
+    rows: list[dict[str, Any]] = [
         {
             "name": setting.name,
             "type": schema.attribute_type(setting),
@@ -127,6 +129,15 @@ def _run_schema(options: argparse.Namespace) -> int:
         return _fail("schema: this is no checkout; name the folder to write to")
     changed = schema.outdated(folder) if options.check else schema.write(folder)
     return _generated(changed, options.check)
+
+
+def _run_stubs(options: argparse.Namespace) -> int:
+    from mbfeat import stubs
+
+    try:
+        return _generated(stubs.outdated() if options.check else stubs.write(), options.check)
+    except ImportError:
+        return _fail("stubs: this needs nanobind; pip install nanobind")
 
 
 def _generated(files: list[Path], check: bool) -> int:

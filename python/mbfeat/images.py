@@ -5,8 +5,13 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from mbfeat import _core
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 LINEAR_EXTENSIONS = (".exr", ".hdr")
 
@@ -33,7 +38,9 @@ def problem_with_format(path: str) -> str:
     target = Path(path)
     known = [".exr", *(part.strip() for part in _core.image_extensions().split(","))]
     if target.suffix.lower() not in known:
-        return f"{path}: no image format has the extension {target.suffix!r}; use {', '.join(known)}"
+        return (
+            f"{path}: no image format has the extension {target.suffix!r}; use {', '.join(known)}"
+        )
     return ""
 
 
@@ -85,7 +92,7 @@ def write_image(
     _core.write_image(path, image)
 
 
-def correct(image: _core.FloatImage, correction: ColorCorrection) -> None:
+def correct(image: NDArray[np.float32], correction: ColorCorrection) -> None:
     """Corrects float32 [height, width, 3 or 4] in place; alpha is kept."""
     if correction.mode == "sRGB":
         _core.encode_srgb(image)

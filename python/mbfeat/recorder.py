@@ -72,11 +72,11 @@ def _record_frame(recording: Recording, frame: float, output: str, stage_name: s
         raise RecordError(problem)
     if not recording.quiet:
         print(f"Recording time code: {'default' if frame != frame else f'{frame:f}'}", flush=True)
-    _core.host.drop_last_frame()
+    _core.Host.drop_last_frame()
     with tempfile.TemporaryDirectory(prefix="mbfeat-") as scratch:
         failure = _run_recorder(recording, frame, output, Path(scratch))
     _stop_if_interrupted(label, output)
-    finished = _core.host.last_frame()
+    finished = _core.Host.last_frame()
     if finished is None and not failure and recording.is_own_renderer:
         failure = "the renderer left no image"
     if failure:
@@ -110,7 +110,7 @@ def _run_recorder(recording: Recording, frame: float, output: str, scratch: Path
 
 
 def _stop_if_interrupted(label: str, output: str) -> None:
-    if _core.host.stop_requested():
+    if _core.Host.stop_requested():
         raise InterruptedByUserError(f"interrupted in {label}; {output} was not written")
 
 

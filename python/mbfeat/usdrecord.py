@@ -40,8 +40,8 @@ def _run(arguments: list[str] | None) -> int:
     from mbfeat.recorder import InterruptedByUserError, RecordError
 
     parser, options = parse("usdrecord", arguments)
-    _core.host.clear_stop()
-    _core.host.install_interrupt_handler()
+    _core.Host.clear_stop()
+    _core.Host.install_interrupt_handler()
     profile = _Profile(options)
     try:
         _record(parser, options)
@@ -52,7 +52,7 @@ def _run(arguments: list[str] | None) -> int:
         complain(str(error))
         return 1
     finally:
-        _core.host.restore_interrupt_handler()
+        _core.Host.restore_interrupt_handler()
         profile.finish()
     return 0
 
@@ -107,10 +107,10 @@ def _make_recording(stage: Any, camera: Any, settings_path: str, options: Any) -
         raise StageError(f"--colorCorrectionMode openColorIO: {error}") from error
 
     style = _core.ProgressStyle.BAR if sys.stderr.isatty() else _core.ProgressStyle.LINES
-    _core.host.set_progress_style(_core.ProgressStyle.NONE if options.quiet else style)
-    _core.host.set_overrides(options.overrides)
+    _core.Host.set_progress_style(_core.ProgressStyle.NONE if options.quiet else style)
+    _core.Host.set_overrides(options.overrides)
     layer = stage.GetRootLayer()
-    _core.host.set_stage(layer.realPath or layer.identifier)
+    _core.Host.set_stage(layer.realPath or layer.identifier)
 
     recorder = _make_recorder(options)
     if options.rpPrimPath:
