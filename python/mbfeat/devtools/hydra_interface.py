@@ -166,10 +166,12 @@ def foreign_tables(user: ElfFile, facts: dict[str, Any], library: ElfFile) -> li
     """Tables and type informations of library classes that a file defines a second time."""
     mine, theirs = user.defined(), library.defined()
     result = []
-    for name in facts["classes"]:
+    for name, fact in facts["classes"].items():
+        if not fact["virtual"] or name in facts["inline_classes"]:
+            continue  # plain classes' type information is emitted wherever it is used
         for kind in ("_ZTV", "_ZTI"):
             symbol = kind + _mangle(name)
-            if symbol in mine and symbol in theirs and name not in facts["inline_classes"]:
+            if symbol in mine and symbol in theirs:
                 result.append(f"{name}: {symbol} is emitted again; a library function is defined")
     return result
 
