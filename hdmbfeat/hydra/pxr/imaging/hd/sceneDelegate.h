@@ -174,8 +174,10 @@ HYDRA_INTERFACE_SIZE(HdExtComputationOutputDescriptor, 24, 8);
 using HdExtComputationOutputDescriptorVector = std::vector<HdExtComputationOutputDescriptor>;
 
 /// Where prims pull their data from. The Sample... functions fill at most maxSampleCount samples
-/// and return how many there are, which may be more; sample times are frames relative to the
-/// current one. The forms without a time range sample the shutter interval of the current camera.
+/// and return how many there are, which may be more, or none (then take the unsampled value).
+/// Sample times are frames relative to the current one; they bracket the range and may lie outside
+/// it. Prefer the forms with a time range: the others sample the current camera's shutter, but
+/// transforms of a host in scene-index mode come as one sample only.
 class HdSceneDelegate {
 public:
     HdSceneDelegate(HdRenderIndex* parentIndex, const SdfPath& delegateID);
