@@ -283,50 +283,73 @@ struct EllipsoidShape : ShapeMap<T> {
 
 /// Cylinder along local x in [-1, 1] with unit radius, without caps; emits outwards.
 ///
-/// From outside, points are uniform in the angle over the half that is seen and uniform along the
-/// axis; from inside nothing emits towards the receiver and the density is zero.
+/// In the local cross-section, directions are uniform in the angle 2 a that the circle fills as
+/// seen from outside, and along the axis the point is equiangular (Kulla and Fajardo 2012, section
+/// 4.1) with the axis stretched by k to the proportions of the world. The factor of the
+/// cross-section's foreshortening is in the area density and in the cosine alike, so it cancels
+/// and nothing is singular at the silhouette:
+///     pdf = d^3 / (2 a r^2 |det M|) p(x),   p(x) = k r / (D (r^2 + k^2 (x - x_p)^2)),
+/// with d the distance in the world, r the local distance in the cross-section and D the angle of
+/// the whole length. From inside nothing is seen of the emitting side and the density is zero.
 template <class T>
 struct CylinderShape : ShapeMap<T> {
     using ShapeMap<T>::ShapeMap;
 
-    /// Half the angle of the part of the unit circle that is seen from a squared distance.
-    static T visibleHalfAngle(T distanceSquared) {
-        return acos(T(1) / sqrt(max(distanceSquared, T(1))));
+    /// Stretch of the axis against the mean radius.
+    T proportion() const { return T(2) * length(this->ex) / (length(this->ey) + length(this->ez)); }
+
+    /// Angle that the stretched axis fills, seen from cross-section distance r at axis position x.
+    static T axisAngle(T r, T x, T k) {
+        return atan2(T(2) * k * r, fma(r, r, k * k * (T(1) - x) * (T(-1) - x)));
     }
 
-    /// Density per area at a local angle (as cosine and sine) with the visible half angle.
-    T pdfArea(T c, T s, T halfAngle) const {
-        const T stretch = length(this->cofactor({T(0), c, s}));
-        return T(1) / (T(4) * halfAngle * stretch);
+    /// Density at local point q on the surface, for a receiver at local pl outside and a world
+    /// distance d.
+    T density(const Vec3<T>& pl, const Vec3<T>& q, T d) const {
+        const T d2 = fma(pl.y, pl.y, pl.z * pl.z);
+        const T halfAngle = asin(T(1) / sqrt(max(d2, T(1))));
+        const T dy = pl.y - q.y, dz = pl.z - q.z;
+        const T r2 = fma(dy, dy, dz * dz);
+        const T r = sqrt(r2);
+        const T k = proportion();
+        const T dx = k * (q.x - pl.x);
+        const T along = k * r / (axisAngle(r, pl.x, k) * fma(dx, dx, r2));
+        const T pdf = d * d * d * along / (T(2) * halfAngle * r2 * this->determinant);
+        return select((d2 > T(1)) & (r2 > T(0)), pdf, T(0));
     }
 
     ShapeSample<T> sample(const Vec3<T>& p, Vec2<T> u) const {
         const Vec3<T> pl = this->inversePoint(p);
-        const T d2 = fma(pl.y, pl.y, pl.z * pl.z);
-        const Mask<T> outside = d2 > T(1);
-        const T half = visibleHalfAngle(d2);
-        const T phi = fma(fma(T(2), u.x, T(-1)), half, atan2(pl.z, pl.y));
-        const T c = cos(phi), sn = sin(phi);
-        const T x = fma(T(2), u.y, T(-1));
-        ShapeSample<T> s;
-        s.point = this->point({x, c, sn});
-        s.normal = normalize(this->cofactor({T(0), c, sn}));
-        s.uv = {phi, x};
-        finishAreaSample(s, p, pdfArea(c, sn, select(outside, half, T(1))));
-        s.pdf = select(outside, s.pdf, T(0));
-        return s;
+        const T d2 = max(fma(pl.y, pl.y, pl.z * pl.z), T(1));
+        const T d = sqrt(d2);
+        // A ray of the fan in the cross-section, and where it first meets the circle.
+        const T angle = fma(T(2), u.x, T(-1)) * asin(T(1) / d);
+        const T c = cos(angle), s = sin(angle);
+        const T ay = pl.y / (-d), az = pl.z / (-d);
+        const T wy = ay * c - az * s, wz = fma(ay, s, az * c);
+        const T t = d * c - safeSqrt(T(1) - d2 * s * s);
+        const T y = fma(wy, t, pl.y), z = fma(wz, t, pl.z);
+        const T radius = sqrt(fma(y, y, z * z));
+        // Equiangular along the axis.
+        const T k = proportion();
+        const T r = max(t, T(std::numeric_limits<Scalar<T>>::min()));
+        const T theta = fma(u.y, axisAngle(r, pl.x, k), atan2(k * (T(-1) - pl.x), r));
+        const T x = clamp(fma(r / k, tan(theta), pl.x), T(-1), T(1));
+
+        ShapeSample<T> result;
+        const Vec3<T> q{x, y / radius, z / radius};
+        result.point = this->point(q);
+        result.normal = normalize(this->cofactor({T(0), q.y, q.z}));
+        result.uv = {x, angle};
+        finishAreaSample(result, p, T(1));
+        const T pdf = density(pl, q, result.distance);
+        // A point that is not seen after rounding is none, and has no direction either.
+        result.pdf = select(dot(result.normal, result.wi) < T(0), pdf, T(0));
+        return result;
     }
 
     T pdf(const Vec3<T>& p, const Vec3<T>& point) const {
-        const Vec3<T> pl = this->inversePoint(p);
-        const T d2 = fma(pl.y, pl.y, pl.z * pl.z);
-        const Mask<T> outside = d2 > T(1);
-        const Vec3<T> q = this->inversePoint(point);
-        const T r = sqrt(fma(q.y, q.y, q.z * q.z));
-        const T c = q.y / r, s = q.z / r;
-        const T area = pdfArea(c, s, select(outside, visibleHalfAngle(d2), T(1)));
-        const Vec3<T> n = normalize(this->cofactor({T(0), c, s}));
-        return select(outside, areaToSolidAngle(area, p, point, n), T(0));
+        return density(this->inversePoint(p), this->inversePoint(point), length(point - p));
     }
 
     Vec3<T> normalAt(const Vec3<T>& point) const {

@@ -187,7 +187,7 @@ chiSquaredPlane(const BinnedDomain& domain,
         const double x1 = domain.xMin + width * (bx + 1) / domain.xBins;
         const double y0 = domain.yMin + height * by / domain.yBins;
         const double y1 = domain.yMin + height * (by + 1) / domain.yBins;
-        const double p = integrateBin(density, x0, x1, y0, y1, 1e-7, 2, 6);
+        const double p = integrateBin(density, x0, x1, y0, y1, 1e-7, 12, 4);
         expected[b] = p * samples;
         mass += p;
     }
