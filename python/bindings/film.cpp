@@ -17,7 +17,6 @@ namespace {
 // Kept paths of a film made in Python, bytes. Films of renders obey mbfeat:pathSampleMemory.
 constexpr std::size_t kPathSampleLimit = std::size_t{4} << 30U;
 
-using IntArray = nb::ndarray<nb::numpy, std::int32_t>;
 using PathArray = nb::ndarray<nb::numpy, const float, nb::ndim<4>>;
 
 /// An array of that shape around memory that it owns.
@@ -86,7 +85,7 @@ nb::object pathSamples(const FilmHandle& handle) {
                               owner));
 }
 
-IntArray sampleCounts(const FilmHandle& handle) {
+nb::object sampleCounts(const FilmHandle& handle) {
     const PixelRect& data = handle.film->window().data;
     const auto width = static_cast<std::size_t>(data.width);
     const auto height = static_cast<std::size_t>(data.height);
@@ -97,7 +96,7 @@ IntArray sampleCounts(const FilmHandle& handle) {
                 static_cast<std::int32_t>(handle.film->sampleCount(data.x + x, data.y + y));
         }
     }
-    return ownedArray(std::move(counts), {height, width});
+    return nb::cast(ownedArray(std::move(counts), {height, width}));
 }
 
 OwnFilm makeFilm(int width, int height, const std::vector<std::string>& aovs, bool keepPathSamples,
@@ -205,7 +204,9 @@ void bindFilm(nb::module_& module) {
              nb::sig("def resolve(self, aov: str) -> NDArray[numpy.float32 | numpy.int32]"),
              "The AOV's values as a new array [height, width, channels], float32, or int32 for "
              "ids; row 0 is the top. Error when the film does not hold it.")
-        .def_prop_ro("sample_counts", &sampleCounts, "int32 [height, width]")
+        .def_prop_ro("sample_counts", &sampleCounts,
+                     nb::sig("def sample_counts(self) -> NDArray[numpy.int32]"),
+                     "int32 [height, width]")
         .def_prop_ro("path_samples", &pathSamples,
                      nb::sig("def path_samples(self) -> NDArray[numpy.float32] | None"),
                      "Kept paths, float32 [height, width, samples, fields], or None. It is the "
