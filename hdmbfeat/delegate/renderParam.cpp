@@ -12,19 +12,15 @@ namespace mbfeat {
 
 namespace {
 
+// Errors are warnings to Tf: a Tf error becomes an exception in a Python host, which would then
+// lose an image that was rendered all the same. Hosts learn of errors from the render report.
 void emitDiagnostic(const Message& message) {
     const std::string text =
         message.subject.empty() ? message.text : message.subject + ": " + message.text;
-    switch (message.severity) {
-        case Severity::kInfo:
-            TF_STATUS("%s", text.c_str());
-            break;
-        case Severity::kWarning:
-            TF_WARN("%s", text.c_str());
-            break;
-        case Severity::kError:
-            TF_RUNTIME_ERROR("%s", text.c_str());
-            break;
+    if (message.severity == Severity::kInfo) {
+        TF_STATUS("%s", text.c_str());
+    } else {
+        TF_WARN("%s", text.c_str());
     }
 }
 

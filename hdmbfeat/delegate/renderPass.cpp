@@ -235,6 +235,7 @@ void RenderPass::addProductViews(const HdRenderPassState& state,
 void RenderPass::startJob(const HdRenderPassState& state, const std::vector<Target>& targets,
                           const RenderSettingsPrim* products) {
     param_.stopRender();
+    hasJob_ = false;
     film_.reset();
     RenderJob job;
     job.options = param_.settings().options();
