@@ -165,6 +165,7 @@ std::uint64_t writeRaster(Imf::OStream& stream, const ProductSpec& product, cons
         parts.back().push_back(&writer);
     }
     std::vector<Imf::Header> headers;
+    headers.reserve(parts.size());
     std::uint64_t clamped = 0;
     for (const Part& part : parts) {
         headers.push_back(partHeader(product, film, report, part));
