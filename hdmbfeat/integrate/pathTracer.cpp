@@ -13,6 +13,9 @@ namespace mbfeat {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
+/// Start of rays that leave a surface. Where a surface is exactly axis-aligned its error bound, and
+/// so the offset, can be zero: a hit at distance zero is the surface itself.
+constexpr float kSurfaceNear = std::numeric_limits<float>::min();
 /// Cut-out surfaces passed on one segment before the path is given up.
 constexpr int kMaxPasses = 256;
 
@@ -156,7 +159,7 @@ struct PathWalk {
             }
             path.distance += step;
             path.tFar -= step;
-            path.tNear = 0.0F;
+            path.tNear = kSurfaceNear;
         }
         return {};
     }
@@ -281,12 +284,12 @@ struct PathWalk {
         }
         if (!tracer.accel.mayCutOut()) {
             ++counts.shadowRays;
-            return tracer.accel.occluded(origin, direction, 0.0F, tFar) ? 0.0F : 1.0F;
+            return tracer.accel.occluded(origin, direction, kSurfaceNear, tFar) ? 0.0F : 1.0F;
         }
         float passed = 1.0F;
         for (int pass = 0; pass < kMaxPasses; ++pass) {
             ++counts.shadowRays;
-            const RayHit hit = tracer.accel.intersect(origin, direction, 0.0F, tFar, false);
+            const RayHit hit = tracer.accel.intersect(origin, direction, kSurfaceNear, tFar, false);
             if (hit.kind != RayHit::Kind::kSurface) {
                 return hit.kind == RayHit::Kind::kNone ? passed : 0.0F;
             }
@@ -371,7 +374,7 @@ struct PathWalk {
         path.distance = 0.0F;
         path.origin = offsetRayOrigin(surface.point.p, surface.point.pError, surface.ng, wi);
         path.direction = wi;
-        path.tNear = 0.0F;
+        path.tNear = kSurfaceNear;
         path.tFar = kInfinity;
         return true;
     }
