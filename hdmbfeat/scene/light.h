@@ -27,7 +27,7 @@ struct LightShaping {
 struct Light {
     std::string path;
     LightType type = LightType::kSphere;
-    AffineD toWorld;  ///< local space of UsdLux: emits along -z; dome: +y up, texture centre at +z... see the spec
+    AffineD toWorld;  ///< local space of UsdLux: emits along -z; dome: see shading/environmentMap.h
     Rgb radiance{1.0F, 1.0F, 1.0F};
     float diffuse = 1.0F;   ///< multiplier on light that arrives at diffuse lobes
     float specular = 1.0F;  ///< multiplier on light that arrives at specular lobes

@@ -30,8 +30,9 @@ double ellipsoidArea(const EllipsoidShape<double>& shape) {
     constexpr int kPanels = 256, kPhi = 128;
     double sum = 0.0;
     for (int i = 0; i < 2 * kPanels; ++i) {
+        const int panel = i / 2;
         const double node = (i % 2 == 0 ? -1.0 : 1.0) / std::sqrt(3.0);
-        const double z = (2.0 * (i / 2) + 1.0 + node) / kPanels - 1.0;
+        const double z = (2.0 * panel + 1.0 + node) / kPanels - 1.0;
         const double r = std::sqrt(std::max(0.0, 1.0 - z * z));
         for (int j = 0; j < kPhi; ++j) {
             const double phi = 2.0 * kPiExact * (j + 0.5) / kPhi;

@@ -380,6 +380,15 @@ TEST_CASE("shaping follows the UsdLux formulas") {
     CHECK(soft.evaluate(std::cos(1.05F)).x == 0.0F);
     CHECK_FALSE(ShapingFunction<float>(LightShaping{}).isOn());
 
+    // The same in double and in SIMD lanes.
+    using Batch = xsimd::batch<float>;
+    cone.focus = 2.5F;
+    for (float c = -1.0F; c <= 1.0F; c += 0.01F) {
+        const double single = ShapingFunction<float>(cone).evaluate(c).x;
+        CHECK(isNear(single, ShapingFunction<double>(cone).evaluate(c).x, 2e-5, 1e-6));
+        CHECK(isNear(single, ShapingFunction<Batch>(cone).evaluate(Batch(c)).x.get(0), 2e-5, 1e-6));
+    }
+
     // A sphere with a cone: a spot of the analytic irradiance inside, nothing outside.
     Light light = lightAbove(LightType::kSphere, 20.0);
     light.radius = 0.01F;
