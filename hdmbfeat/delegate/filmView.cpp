@@ -51,21 +51,38 @@ void spreadOverColor(Pixels& pixels) {
     pixels.channels = 4;
 }
 
-/// Nearest film pixel for every buffer pixel; those outside the data window keep the clear value.
-Pixels stretched(const Pixels& pixels, const ImageWindow& window, int width, int height,
-                 float clearValue) {
+/// The film's image as large as fits into the buffer and centred: buffer pixel to display pixel.
+struct Fit {
+    double scaleX, scaleY, offsetX, offsetY;
+
+    Fit(const ImageWindow& window, int width, int height) {
+        const double imageWidth = static_cast<double>(window.width) * window.pixelAspectRatio;
+        const double scale = std::max(imageWidth / width, window.height / double(height));
+        scaleX = scale / window.pixelAspectRatio;
+        scaleY = scale;
+        offsetX = 0.5 * (window.width - width * scaleX);
+        offsetY = 0.5 * (window.height - height * scaleY);
+    }
+    int x(int pixel) const {
+        return static_cast<int>(std::floor((pixel + 0.5) * scaleX + offsetX));
+    }
+    int y(int pixel) const {
+        return static_cast<int>(std::floor((pixel + 0.5) * scaleY + offsetY));
+    }
+};
+
+/// Nearest film pixel for every buffer pixel; those outside the data window get the clear value.
+Pixels fitted(const Pixels& pixels, const ImageWindow& window, int width, int height,
+              float clearValue) {
     Pixels result{{}, pixels.channels, width, height};
     const auto channels = static_cast<std::size_t>(pixels.channels);
     result.values.assign(
         static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * channels, clearValue);
-    const auto position = [](int index, int size, int windowSize, int offset) {
-        const double center = (index + 0.5) * windowSize / size;
-        return static_cast<int>(std::floor(center)) - offset;
-    };
+    const Fit fit(window, width, height);
     for (int y = 0; y < height; ++y) {
-        const int sourceY = position(y, height, window.height, window.data.y);
+        const int sourceY = fit.y(y) - window.data.y;
         for (int x = 0; x < width; ++x) {
-            const int sourceX = position(x, width, window.width, window.data.x);
+            const int sourceX = fit.x(x) - window.data.x;
             const bool inside = sourceX >= 0 && sourceY >= 0 && sourceX < pixels.width &&
                                 sourceY < pixels.height;
             if (inside) {
@@ -90,7 +107,7 @@ void showFilm(const Film& film, int aovIndex, const FilmPlacement& placement, bo
     const ImageWindow& window = film.window();
     const int x = placement.bufferX + window.data.x;
     const int y = placement.bufferY + window.data.y;
-    if (aov.type == AovType::kInt && !asColor && !placement.stretch) {
+    if (aov.type == AovType::kInt && !asColor && !placement.fit) {
         std::vector<std::int32_t> integers(static_cast<std::size_t>(window.data.width) *
                                            static_cast<std::size_t>(window.data.height));
         film.resolveInt(aovIndex, integers.data());
@@ -101,10 +118,10 @@ void showFilm(const Film& film, int aovIndex, const FilmPlacement& placement, bo
     if (asColor) {
         spreadOverColor(pixels);
     }
-    if (placement.stretch) {
+    if (placement.fit) {
         const auto width = static_cast<int>(buffer.GetWidth());
         const auto height = static_cast<int>(buffer.GetHeight());
-        pixels = stretched(pixels, window, width, height, aov.clearValue);
+        pixels = fitted(pixels, window, width, height, aov.clearValue);
         buffer.write(pixels.values.data(), pixels.channels, 0, 0, width, height);
     } else {
         buffer.write(pixels.values.data(), pixels.channels, x, y, pixels.width, pixels.height);

@@ -6,10 +6,10 @@
 
 namespace mbfeat {
 
-/// Where a film lands in the buffers: pixel for pixel at an offset, or stretched over them.
+/// Where a film lands in the buffers: pixel for pixel at an offset, or fitted into them.
 struct FilmPlacement {
     int bufferX = 0, bufferY = 0;  ///< buffer position of display pixel (0, 0)
-    bool stretch = false;          ///< the display window covers the buffer
+    bool fit = false;  ///< the display window is scaled to fit the buffer, its shape kept
 };
 
 /// Copies an AOV's current values into a buffer. `asColor` spreads AOVs of one or two channels

@@ -110,7 +110,17 @@ void translateInput(const NetworkNode& node, const char* name, MaterialInput& in
         return;
     }
     if (source.type() == "UsdUVTexture" || source.type() == "ND_UsdUVTexture") {
-        builder.setTexture(input, translateTexture(source, builder), channelOf(output));
+        const TextureNode texture = translateTexture(source, builder);
+        const int channel = channelOf(output);
+        if (texture.image.path.empty()) {
+            builder.warn(std::string("the texture of input ") + name + ", " +
+                         source.path().GetString() + ", names no file; its fallback is used.");
+            const Float4& f = texture.fallback;
+            input.value = output.size() > 1 ? Float3(f.x, f.y, f.z)
+                                            : Float3(channel == 3 ? f.w : Float3(f.x, f.y, f.z)[channel]);
+            return;
+        }
+        builder.setTexture(input, texture, channel);
         return;
     }
     if (startsWith(source.type(), "UsdPrimvarReader") ||

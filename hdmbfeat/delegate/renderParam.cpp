@@ -6,6 +6,7 @@
 #include "delegate/mesh.h"
 #include "delegate/renderSettings.h"
 #include "delegate/tokens.h"
+#include "film/host.h"
 #include "pxr/base/tf/diagnostic.h"
 
 namespace mbfeat {
@@ -15,6 +16,9 @@ namespace {
 // Errors are warnings to Tf: a Tf error becomes an exception in a Python host, which would then
 // lose an image that was rendered all the same. Hosts learn of errors from the render report.
 void emitDiagnostic(const Message& message) {
+    if (Host::instance().deliver(message)) {
+        return;
+    }
     const std::string text =
         message.subject.empty() ? message.text : message.subject + ": " + message.text;
     if (message.severity == Severity::kInfo) {
