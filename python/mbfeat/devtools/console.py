@@ -86,7 +86,7 @@ def run_logged(
     """
     log.parent.mkdir(parents=True, exist_ok=True)
     tail: list[str] = []
-    with log.open("a", encoding="utf-8") as sink:
+    with log.open("a", encoding="utf-8", buffering=1) as sink:
         sink.write(f"$ {' '.join(map(str, command))}\n")
         try:
             process = subprocess.Popen(
