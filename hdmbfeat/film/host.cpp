@@ -30,6 +30,8 @@ struct Host::Impl {
     std::string stage;
     ProgressStyle progressStyle = ProgressStyle::kLines;
     std::shared_ptr<const FinishedFrame> lastFrame;
+    mutable std::mutex messageMutex;
+    std::function<void(const Message&)> messageHandler;
     bool handlerInstalled = false;
     struct sigaction previousHandler = {};
 };
@@ -105,6 +107,20 @@ void Host::setProgressStyle(ProgressStyle style) {
 Host::ProgressStyle Host::progressStyle() const {
     const std::lock_guard lock(impl_->mutex);
     return impl_->progressStyle;
+}
+
+void Host::setMessageHandler(std::function<void(const Message&)> handler) {
+    const std::lock_guard lock(impl_->messageMutex);
+    impl_->messageHandler = std::move(handler);
+}
+
+bool Host::deliver(const Message& message) const {
+    const std::lock_guard lock(impl_->messageMutex);
+    if (!impl_->messageHandler) {
+        return false;
+    }
+    impl_->messageHandler(message);
+    return true;
 }
 
 void Host::publish(std::shared_ptr<const FinishedFrame> frame) {

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/diagnostics.h"
 #include "film/film.h"
 #include "film/product.h"
 #include "film/report.h"
@@ -22,9 +23,9 @@ struct FinishedFrame {
     struct Image {
         std::shared_ptr<const Film> film;
         std::string cameraPath;
-        std::vector<ProductSpec> products;  ///< empty for the viewport's film
+        std::vector<ProductSpec> products; ///< empty for the viewport's film
     };
-    std::vector<Image> images;  ///< first: the viewport's, or the first product's
+    std::vector<Image> images; ///< first: the viewport's, or the first product's
     RenderReport report;
 };
 
@@ -55,6 +56,13 @@ public:
     void setProgressStyle(ProgressStyle style);
     ProgressStyle progressStyle() const;
 
+    /// Takes the delegates' messages from the application's own channel (OpenUSD's diagnostics),
+    /// which they go to without a handler. It is called on any thread, one call at a time, and must
+    /// not change the handler.
+    void setMessageHandler(std::function<void(const Message&)> handler);
+    /// Gives a message to the handler; false when there is none.
+    bool deliver(const Message& message) const;
+
     void publish(std::shared_ptr<const FinishedFrame> frame);
     /// The last published frame, or null.
     std::shared_ptr<const FinishedFrame> lastFrame() const;
@@ -67,4 +75,4 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

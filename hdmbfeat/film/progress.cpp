@@ -53,7 +53,7 @@ int terminalWidth(std::FILE* out) {
 std::string progressText(const RenderProgress& progress) {
     const double percent = std::clamp(progress.fraction, 0.0, 1.0) * 100.0;
     // Rounded down: 100 % is said of a complete render only.
-    std::string text = formatted("%3d %%", static_cast<int>(percent));
+    std::string text = formatted("%5.1f %%", std::floor(percent * 10.0) / 10.0);
     if (progress.samplesPerSecond > 0.0) {
         text += "  " + rateText(progress.samplesPerSecond) + "samples/s";
     }

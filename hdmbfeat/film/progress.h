@@ -9,7 +9,7 @@
 
 namespace mbfeat {
 
-/// "42 %  1.23 M samples/s  0:35 left".
+/// " 42.0 %  1.23 M samples/s  0:35 left".
 std::string progressText(const RenderProgress& progress);
 
 /// One render's progress. Not thread-safe: one thread owns it.

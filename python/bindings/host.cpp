@@ -1,6 +1,10 @@
 // The host exchange: settings of the command line, interruption, progress, finished frames.
 #include "film/host.h"
 
+#include <cstdio>
+
+#include <unistd.h>
+
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
@@ -19,6 +23,19 @@ namespace {
 struct FrameHandle {
     std::shared_ptr<const FinishedFrame> frame;
 };
+
+/// A message on stderr, on a line of its own even where a progress bar stands.
+void printMessage(const std::string& program, const Message& message) {
+    const bool overBar =
+        Host::instance().progressStyle() == Host::ProgressStyle::kBar && isatty(STDERR_FILENO) != 0;
+    const char* const kind = message.severity == Severity::kInfo      ? ""
+                             : message.severity == Severity::kWarning ? "warning: "
+                                                                      : "error: ";
+    std::fprintf(stderr, "%s%s: %s%s%s%s\n", overBar ? "\r\x1b[K" : "", program.c_str(), kind,
+                 message.subject.c_str(), message.subject.empty() ? "" : ": ",
+                 message.text.c_str());
+    std::fflush(stderr);
+}
 
 /// The one Host as a class of static functions.
 struct HostFace {};
@@ -81,6 +98,14 @@ void bindHost(nb::module_& module) {
         "set_progress_style",
         [](Host::ProgressStyle style) { Host::instance().setProgressStyle(style); }, "style"_a);
     host.def_static("progress_style", [] { return Host::instance().progressStyle(); });
+    host.def_static(
+        "print_messages",
+        [](const std::string& program) {
+            Host::instance().setMessageHandler(
+                [program](const Message& message) { printMessage(program, message); });
+        },
+        "program"_a,
+        "Prints the delegates' messages on stderr as they come, instead of through OpenUSD.");
     host.def_static("last_frame", &lastFrame, nb::sig("def last_frame() -> FinishedFrame | None"));
     host.def_static("drop_last_frame", [] { Host::instance().dropLastFrame(); });
 }

@@ -1,4 +1,4 @@
-"""Texts of errors that OpenUSD raises in Python, and the place for our own."""
+"""Messages of OpenUSD and of our own, as one sentence each on stderr."""
 
 from __future__ import annotations
 
@@ -16,3 +16,29 @@ def complain(text: str) -> None:
     """One message of usdrecord on stderr."""
     sys.stderr.write(f"usdrecord: {text}\n")
     sys.stderr.flush()
+
+
+class OpenUsdMessages:
+    """Collects OpenUSD's own warnings while it lives, to print them without source positions.
+
+    MBFeat's messages do not come this way: Host.print_messages shows them at once.
+    """
+
+    # The recorder says this whenever the settings prim has no products, as the command allows.
+    IGNORED = ("No Render Prouducts found", "No Render Products found")
+
+    def __init__(self) -> None:
+        from pxr import UsdUtils
+
+        self._delegate: Any = UsdUtils.CoalescingDiagnosticDelegate()
+        self._printed: set[str] = set()
+
+    def flush(self) -> None:
+        """Prints what came since the last call; the same text only once."""
+        for item in self._delegate.TakeUncoalescedDiagnostics():
+            text = item.commentary.strip()
+            status = "STATUS" in item.diagnosticCodeString
+            if text in self._printed or text.startswith(self.IGNORED):
+                continue
+            self._printed.add(text)
+            complain(text if status else f"warning: {text}")

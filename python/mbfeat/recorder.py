@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from mbfeat import _core
-from mbfeat.diagnostics import tf_messages
+from mbfeat.diagnostics import OpenUsdMessages, tf_messages
 from mbfeat.images import (
     LINEAR_EXTENSIONS,
     ColorCorrection,
@@ -26,6 +26,7 @@ from mbfeat.images import (
 from mbfeat.summary import summary
 
 OWN_RENDERER = "HdMBFeatRendererPlugin"
+ON_ERROR = "mbfeat:onError"
 
 
 class RecordError(Exception):
@@ -45,6 +46,7 @@ class Recording:
     recorder: Any
     correction: ColorCorrection
     quiet: bool = False
+    messages: OpenUsdMessages | None = None
 
     @property
     def is_own_renderer(self) -> bool:
@@ -75,6 +77,8 @@ def _record_frame(recording: Recording, frame: float, output: str, stage_name: s
     _core.Host.drop_last_frame()
     with tempfile.TemporaryDirectory(prefix="mbfeat-") as scratch:
         failure = _run_recorder(recording, frame, output, Path(scratch))
+    if recording.messages is not None:
+        recording.messages.flush()
     _stop_if_interrupted(label, output)
     finished = _core.Host.last_frame()
     if finished is None and not failure and recording.is_own_renderer:
@@ -121,6 +125,8 @@ def _write_own_image(
     if report.interrupted:
         reason = "; ".join(report.errors) or "the render ended before it was complete"
         raise RecordError(f"{what}: {reason}; {output} was not written")
+    if report.errors and (ON_ERROR, "abort") in [row[:2] for row in report.settings]:
+        raise RecordError(f"{'; '.join(report.errors)}; {output} was not written")
     film, camera, _ = finished.images[0]
     try:
         write_image(output, film, report, recording.correction)

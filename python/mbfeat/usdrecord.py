@@ -11,7 +11,7 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-from mbfeat.diagnostics import complain, tf_messages
+from mbfeat.diagnostics import OpenUsdMessages, complain, tf_messages
 from mbfeat.runtime import RuntimeMissingError, use_runtime
 
 INTERRUPTED = 130
@@ -42,9 +42,11 @@ def _run(arguments: list[str] | None) -> int:
     parser, options = parse("usdrecord", arguments)
     _core.Host.clear_stop()
     _core.Host.install_interrupt_handler()
+    _core.Host.print_messages("usdrecord")
+    messages = OpenUsdMessages()
     profile = _Profile(options)
     try:
-        _record(parser, options)
+        _record(parser, options, messages)
     except InterruptedByUserError as error:
         complain(str(error))
         return INTERRUPTED
@@ -53,11 +55,12 @@ def _run(arguments: list[str] | None) -> int:
         return 1
     finally:
         _core.Host.restore_interrupt_handler()
+        messages.flush()
         profile.finish()
     return 0
 
 
-def _record(parser: Any, options: Any) -> None:
+def _record(parser: Any, options: Any, messages: OpenUsdMessages) -> None:
     """Opens the stage and renders it."""
     from pxr import Tf, UsdAppUtils
 
@@ -65,6 +68,7 @@ def _record(parser: Any, options: Any) -> None:
     from mbfeat.recorder import record_frames
 
     stage = open_stage(options)
+    messages.flush()
     # The path goes through str.format: braces in it are no placeholders.
     options.outputImagePath = options.outputImagePath.replace("{", "{{").replace("}", "}}")
     try:
@@ -83,6 +87,7 @@ def _record(parser: Any, options: Any) -> None:
     if problem:
         raise StageError(problem)
     recording = _make_recording(stage, camera, settings_path, options)
+    recording.messages = messages
     record_frames(recording, options.frames, options.outputImagePath)
 
 

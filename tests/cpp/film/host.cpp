@@ -69,3 +69,15 @@ TEST_CASE("settings of the command line and the stage are handed on as given") {
     CHECK(host.stage() == "a.usda");
     host.setStage("");
 }
+
+TEST_CASE("messages go to the handler while there is one") {
+    Host& host = Host::instance();
+    const Message message{Severity::kWarning, "/World/mesh", "it has no points"};
+    CHECK_FALSE(host.deliver(message));
+    std::vector<std::string> subjects;
+    host.setMessageHandler([&](const Message& m) { subjects.push_back(m.subject); });
+    CHECK(host.deliver(message));
+    host.setMessageHandler(nullptr);
+    CHECK_FALSE(host.deliver(message));
+    CHECK(subjects == std::vector<std::string>{"/World/mesh"});
+}

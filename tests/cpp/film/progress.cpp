@@ -41,14 +41,14 @@ RenderProgress at(double fraction, double seconds) {
 } // namespace
 
 TEST_CASE("progress says percentage, speed and time left") {
-    CHECK(progressText(at(0.5, 30.0)) == " 50 %  1.50 M samples/s  0:30 left");
-    CHECK(progressText(at(0.999, 0.0)) == " 99 %  1.50 M samples/s");
-    CHECK(progressText(at(1.0, 3725.0)) == "100 %  1.50 M samples/s  in 1:02:05");
+    CHECK(progressText(at(0.5, 30.0)) == " 50.0 %  1.50 M samples/s  0:30 left");
+    CHECK(progressText(at(0.999, 0.0)) == " 99.9 %  1.50 M samples/s");
+    CHECK(progressText(at(1.0, 3725.0)) == "100.0 %  1.50 M samples/s  in 1:02:05");
     RenderProgress slow;
     slow.samplesPerSecond = 812.0;
-    CHECK(progressText(slow) == "  0 %  812 samples/s");
+    CHECK(progressText(slow) == "  0.0 %  812 samples/s");
     slow.samplesPerSecond = 0.0;
-    CHECK(progressText(slow) == "  0 %");
+    CHECK(progressText(slow) == "  0.0 %");
 }
 
 TEST_CASE("lines come every few seconds, and last what the render ended with") {
@@ -58,9 +58,9 @@ TEST_CASE("lines come every few seconds, and last what the render ended with") {
         reporter.update(at(tick / 120.0, tick * 0.1));
     }
     reporter.finish();
-    CHECK(file.text() == "MBFeat: frame 3:  41 %  1.50 M samples/s  0:07 left\n"
-                         "MBFeat: frame 3:  83 %  1.50 M samples/s  0:02 left\n"
-                         "MBFeat: frame 3: 100 %  1.50 M samples/s  in 0:12\n");
+    CHECK(file.text() == "MBFeat: frame 3:  41.6 %  1.50 M samples/s  0:07 left\n"
+                         "MBFeat: frame 3:  83.3 %  1.50 M samples/s  0:02 left\n"
+                         "MBFeat: frame 3: 100.0 %  1.50 M samples/s  in 0:12\n");
 }
 
 TEST_CASE("short renders and silent ones say nothing") {
