@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -108,8 +109,8 @@ TEST_CASE("weights that cancel give the plain quotient, not a division by zero")
 }
 
 TEST_CASE("ids and depths are those of the sample nearest the pixel centre, the first of equals") {
-    Film film(requestOf({"primId", "instanceId", "elementId", "depth", "cameraDepth",
-                         "mbfeat:event:2"}));
+    Film film(
+        requestOf({"primId", "instanceId", "elementId", "depth", "cameraDepth", "mbfeat:event:2"}));
     const Float2 positions[] = {{0.1F, 0.5F}, {0.5F, 0.75F}, {0.75F, 0.5F}, {0.5F, 0.0F}};
     for (int s = 0; s < 4; ++s) {
         PathRecord record = makeRecord(s);
@@ -275,8 +276,7 @@ TEST_CASE("kept paths hold every field of every sample, in sample order") {
                 } else if (aov) {
                     const auto channel = std::find(aov->channels.begin(), aov->channels.end(),
                                                    layout[f].name.substr(dot + 1));
-                    const auto index =
-                        static_cast<std::size_t>(channel - aov->channels.begin());
+                    const auto index = static_cast<std::size_t>(channel - aov->channels.begin());
                     CHECK(value == recordValues(record, *aov)[index]);
                 }
             }

@@ -79,13 +79,16 @@ inline std::vector<std::string> allAovs() {
 inline std::vector<float> valueOf(const Film& film, const std::string& aov, int column = 0,
                                   int row = 0) {
     const int index = film.findBound(aov);
-    const auto width = static_cast<std::size_t>(film.aovs()[static_cast<std::size_t>(index)].width());
+    const auto width =
+        static_cast<std::size_t>(film.aovs()[static_cast<std::size_t>(index)].width());
     const auto columns = static_cast<std::size_t>(film.window().data.width);
-    std::vector<float> values(columns * static_cast<std::size_t>(film.window().data.height) * width);
+    std::vector<float> values(columns * static_cast<std::size_t>(film.window().data.height) *
+                              width);
     film.resolve(index, values.data());
-    const auto first = values.begin() + static_cast<std::ptrdiff_t>(
-                                            (static_cast<std::size_t>(row) * columns +
-                                             static_cast<std::size_t>(column)) * width);
+    const auto first =
+        values.begin() +
+        static_cast<std::ptrdiff_t>(
+            (static_cast<std::size_t>(row) * columns + static_cast<std::size_t>(column)) * width);
     return {first, first + static_cast<std::ptrdiff_t>(width)};
 }
 
