@@ -6,10 +6,12 @@ using mbfeat::blackbodyColor;
 using mbfeat::Rgb;
 
 TEST_CASE("black-body colours have the published chromaticities") {
-    // Chromaticities x, y of the Planckian locus: Wyszecki and Stiles, Color Science, table 1(6.5.1).
+    // Chromaticities x, y of the Planckian locus: Wyszecki and Stiles, Color Science, table
+    // 1(6.5.1).
     const struct {
         float kelvin, x, y;
-    } cases[] = {{2000.0F, 0.5267F, 0.4133F}, {4000.0F, 0.3804F, 0.3767F}, {6500.0F, 0.3135F, 0.3236F}};
+    } cases[] = {
+        {2000.0F, 0.5267F, 0.4133F}, {4000.0F, 0.3804F, 0.3767F}, {6500.0F, 0.3135F, 0.3236F}};
     for (const auto& c : cases) {
         const Rgb rgb = blackbodyColor(c.kelvin);
         const float x = 0.4124564F * rgb.x + 0.3575761F * rgb.y + 0.1804375F * rgb.z;

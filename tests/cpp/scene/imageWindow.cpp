@@ -22,7 +22,7 @@ void checkRect(const PixelRect& rect, int x, int y, int width, int height) {
     CHECK(rect.height == height);
 }
 
-}  // namespace
+} // namespace
 
 TEST_CASE("the whole window is the whole image") {
     const auto rect = dataWindowPixels(1920, 1080, {0.0F, 0.0F}, {1.0F, 1.0F});
