@@ -566,6 +566,12 @@ class Host:
     def progress_style() -> ProgressStyle: ...
 
     @staticmethod
+    def print_messages(program: str) -> None:
+        """
+        Prints the delegates' messages on stderr as they come, instead of through OpenUSD.
+        """
+
+    @staticmethod
     def last_frame() -> FinishedFrame | None: ...
 
     @staticmethod
