@@ -12,6 +12,16 @@ namespace {
 constexpr float kDefaultAperture = 2.0955F;
 constexpr float kDefaultFocalLength = 5.0F;
 
+// GfCamera's default clipping range, which the free camera of the frame recorder has whatever the
+// size of the stage: small ones would lose their front to it. This much nearer is far enough.
+const GfRange1f kUnsetClippingRange(1.0F, 1000000.0F);
+constexpr float kFreeCameraNear = 1e-4F;
+
+/// Hosts put cameras of their own below a root that starts with an underscore.
+bool isHostCamera(const HdCamera& prim) {
+    return prim.GetId().GetString().rfind("/_", 0) == 0;
+}
+
 struct Lens {
     float horizontalAperture, verticalAperture, focalLength;
 };
@@ -94,7 +104,8 @@ Camera translateCamera(const HdCamera& prim, const CameraRequest& request,
 
     const GfRange1f& clipping = prim.GetClippingRange();
     if (!clipping.IsEmpty() && clipping.GetMax() > clipping.GetMin()) {
-        camera.nearClip = clipping.GetMin();
+        const bool unset = isHostCamera(prim) && clipping == kUnsetClippingRange;
+        camera.nearClip = unset ? kFreeCameraNear : clipping.GetMin();
         camera.farClip = clipping.GetMax();
     }
     if (request.depthOfField) {

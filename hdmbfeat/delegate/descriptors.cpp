@@ -16,6 +16,7 @@
 #include "pxr/base/gf/vec2f.h"
 #include "pxr/base/gf/vec3f.h"
 #include "pxr/base/gf/vec4f.h"
+#include "scene/dump.h"
 
 namespace mbfeat {
 
@@ -139,6 +140,20 @@ VtDictionary renderStatistics(const RenderParam& param) {
     stats["seed"] = VtValue(static_cast<double>(options.seed));
     stats["huskErrorStatus"] = VtValue(report.errors.empty() ? 0 : 1);
     return stats;
+}
+
+bool writeSceneDump(RenderParam& param, const HdCommandArgs& args) {
+    const std::string file = asText(findSettingValue(args, "file")).value_or("");
+    std::ofstream stream(file);
+    stream << dumpScene(param.acquireSceneForEdit());
+    stream.close();
+    if (stream.fail()) {
+        param.diagnostics().error("dumpScene", "cannot write \"" + file +
+                                                   "\"; nothing is written. Give a writable path "
+                                                   "as the argument file.");
+        return false;
+    }
+    return true;
 }
 
 }  // namespace mbfeat

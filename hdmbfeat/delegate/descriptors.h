@@ -5,6 +5,7 @@
 
 #include "pxr/base/vt/dictionary.h"
 #include "pxr/imaging/hd/aov.h"
+#include "pxr/imaging/hd/command.h"
 #include "pxr/imaging/hd/renderDelegate.h"
 
 namespace mbfeat {
@@ -21,5 +22,9 @@ HdAovDescriptor aovDescriptor(const TfToken& name);
 
 /// Progress, times and counts under the names that hosts' panels look for.
 VtDictionary renderStatistics(const RenderParam& param);
+
+/// Writes the scene as it was last rendered, as text (scene/dump.h), to the file that the argument
+/// `file` names; false, with a message, if it cannot. A running render starts anew.
+bool writeSceneDump(RenderParam& param, const HdCommandArgs& args);
 
 }  // namespace mbfeat

@@ -214,15 +214,25 @@ HdAovDescriptor RenderDelegate::GetDefaultAovDescriptor(const TfToken& name) con
 HdCommandDescriptors RenderDelegate::GetCommandDescriptors() const {
     HdCommandDescriptors commands;
     commands.emplace_back(TfToken("restart"), "Start the image anew.");
+    commands.emplace_back(
+        TfToken("dumpScene"), "Write the translated scene as text.",
+        HdCommandArgDescriptors{HdCommandArgDescriptor(TfToken("file"), VtValue(std::string()))});
     return commands;
 }
 
-bool RenderDelegate::InvokeCommand(const TfToken& command, const HdCommandArgs& /*args*/) {
+bool RenderDelegate::InvokeCommand(const TfToken& command, const HdCommandArgs& args) {
     if (command == "restart") {
         return Restart();
     }
+    if (command == "dumpScene") {
+        bool written = false;
+        guarded(param_->diagnostics(), "dumpScene",
+                [&] { written = writeSceneDump(*param_, args); });
+        return written;
+    }
     param_->diagnostics().error(command.GetString(),
-                                "there is no such command. restart is one.");
+                                "there is no such command; nothing is done. restart and "
+                                "dumpScene are.");
     return false;
 }
 

@@ -57,7 +57,8 @@ public:
     TfTokenVector GetRenderSettingsNamespaces() const override;
     HdAovDescriptor GetDefaultAovDescriptor(const TfToken& name) const override;
 
-    /// "restart" starts the image anew.
+    /// "restart" starts the image anew; "dumpScene" writes the translated scene as text to the
+    /// argument `file`.
     HdCommandDescriptors GetCommandDescriptors() const override;
     bool InvokeCommand(const TfToken& command, const HdCommandArgs& args) override;
 
