@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <new>
 #include <optional>
 #include <string_view>
 #include <type_traits>
@@ -140,6 +141,14 @@ void Film::Impl::layOut() {
 }
 
 void Film::Impl::allocate() {
+    // In double, and before any size is multiplied out: hostile resolutions overflow integers. No
+    // x86-64 process has an address space of more than 2^47 bytes.
+    const double perPixel =
+        8.0 * sumStride + 4.0 * wordStride + 4.0 +
+        4.0 * static_cast<double>(capacity) * static_cast<double>(layout.size());
+    if (static_cast<double>(window.data.width) * window.data.height * perPixel > 0x1p47) {
+        throw std::bad_alloc();
+    }
     sums.emplace(pixelCount() * static_cast<std::size_t>(sumStride));
     words.emplace(pixelCount() * static_cast<std::size_t>(wordStride));
     counts.emplace(pixelCount());
