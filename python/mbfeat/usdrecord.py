@@ -139,6 +139,8 @@ def _make_recorder(options: Any) -> Any:
     from pxr import Tf, UsdAppUtils
 
     name = options.rendererPlugin
+    # UsdAppUtils turns Storm into its old name GL, which is no plug-in's.
+    name = "Storm" if name == "GL" else name
     plugin = UsdAppUtils.rendererArgs.GetPluginIdFromArgument(name) or ""
     wanted = f"the renderer {name} cannot render" if name else "no renderer was found that renders"
     advice = "choose another with --renderer"
