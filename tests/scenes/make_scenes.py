@@ -20,7 +20,7 @@ HERE = Path(__file__).resolve().parent
 
 
 def write_textures(folder: Path) -> None:
-    """checker.png (two greys, 8x8) and panel.png (instrument markings), sRGB, 8 bit."""
+    """checker.png (two greys), panel.png (instrument markings), leaf.png (with alpha); 8-bit sRGB."""
     folder.mkdir(parents=True, exist_ok=True)
     cells = np.indices((64, 64)).sum(axis=0) // 8 % 2
     checker = np.where(cells[..., None] == 1, [200, 198, 190], [95, 100, 112]).astype(np.uint8)
@@ -38,6 +38,16 @@ def write_textures(folder: Path) -> None:
     panel[np.abs(horizon - 0.38) < 0.012] = (1.0, 0.75, 0.2)
     rgb = (np.clip(panel, 0, 1) ** (1 / 2.2) * 255 + 0.5).astype(np.uint8)
     Image.fromarray(rgb).save(folder / "panel.png", optimize=True)
+
+    y, x = np.mgrid[0:128, 0:64]
+    along, across = (127 - y) / 127, np.abs(x - 31.5) / 31.5
+    outline = 0.95 * np.sin(np.pi * np.clip(along, 0, 1) ** 0.8) + 0.03
+    vein = (across < 0.06) | (np.abs((along * 7 - across * 2) % 1 - 0.5) > 0.46)
+    leaf = np.where(vein[..., None], [120, 150, 70], [52, 104, 38])
+    alpha = np.where(across < outline, 255, 0)[..., None]
+    Image.fromarray(np.concatenate([leaf, alpha], axis=-1).astype(np.uint8)).save(
+        folder / "leaf.png", optimize=True
+    )
 
 
 def cockpit() -> Usd.Stage:
@@ -188,6 +198,93 @@ def interior() -> Usd.Stage:
     return stage
 
 
+def leaves(stage: Usd.Stage, path: str, count: int) -> UsdGeom.Mesh:
+    """A tuft of `count` leaves, each two bent quads, with st for leaf.png; about 0.6 high."""
+    points: list[kit.Vector] = []
+    st: list[kit.Vector] = []
+    faces: list[list[int]] = []
+    for i in range(count):
+        turn = 2.399963 * i  # the golden angle, so that no two leaves coincide
+        lean = 0.25 + 0.9 * ((i * 0.618034) % 1.0)
+        out = (math.cos(turn), math.sin(turn))
+        first = len(points)
+        for row, bend in ((0.0, 0.0), (0.5, 0.35), (1.0, 1.0)):
+            reach, height = 0.5 * row * lean * (0.6 + bend), 0.6 * row * (1.15 - lean * bend * 0.7)
+            for side in (-0.5, 0.5):
+                width = 0.16 * side
+                points.append((reach * out[0] - width * out[1], height, reach * out[1] + width * out[0]))
+                st.append((side + 0.5, row))
+        faces += [[first, first + 1, first + 3, first + 2], [first + 2, first + 3, first + 5, first + 4]]
+    return kit.mesh(stage, path, points, faces, st=st)
+
+
+def garden() -> Usd.Stage:
+    """Instanced plants with cut-out leaves, textured crates and metal balls under sun and sky."""
+    stage = kit.new_stage()
+    materials = "/World/Materials"
+    leaf = f"{materials}/Leaf"
+    checker = "./textures/checker.png"
+    bound = {
+        "Plant": kit.preview_material(
+            stage,
+            leaf,
+            diffuseColor=kit.texture(stage, f"{leaf}/Colour", "./textures/leaf.png"),
+            opacity=kit.texture(stage, f"{leaf}/Alpha", "./textures/leaf.png", output="a"),
+            opacityThreshold=0.5,
+            roughness=0.6,
+        ),
+        "Crate": kit.preview_material(
+            stage,
+            f"{materials}/Crate",
+            diffuseColor=kit.texture(stage, f"{materials}/Crate/Map", checker, scale=(0.9, 0.55, 0.3, 1)),
+            roughness=0.8,
+        ),
+        "Ball": kit.preview_material(
+            stage, f"{materials}/Ball", diffuseColor=(0.9, 0.72, 0.4), metallic=1.0, roughness=0.15
+        ),
+    }
+    ground = kit.quad(stage, "/World/Ground", (-20, 0, 20), (40, 0, 0), (0, 0, -40))
+    UsdGeom.PrimvarsAPI(ground).GetPrimvar("st").Set(
+        [Gf.Vec2f(u, v) for u, v in [(0, 0), (12, 0), (12, 12), (0, 12)]]
+    )
+    earth = kit.texture(stage, f"{materials}/Earth/Map", checker, scale=(0.6, 0.45, 0.3, 1))
+    kit.bind(ground, kit.preview_material(stage, f"{materials}/Earth", diffuseColor=earth, roughness=1.0))
+
+    instancer = UsdGeom.PointInstancer.Define(stage, "/World/Plants")
+    prototypes = {
+        "Plant": leaves(stage, "/World/Plants/Prototypes/Plant", 24),
+        "Crate": kit.box(stage, "/World/Plants/Prototypes/Crate", (-0.2, 0, -0.2), (0.2, 0.4, 0.2)),
+        "Ball": kit.sphere_mesh(stage, "/World/Plants/Prototypes/Ball", 0.25, 32),
+    }
+    for name, prototype in prototypes.items():
+        kit.bind(prototype, bound[name])
+        instancer.CreatePrototypesRel().AddTarget(prototype.GetPath())
+    positions, orientations, scales, indices = [], [], [], []
+    for i in range(600):
+        kind = 1 if i % 17 == 8 else 2 if i % 29 == 14 else 0
+        radius, turn = 0.42 * math.sqrt(i + 0.5), 2.399963 * i
+        x, z = radius * math.cos(turn), radius * math.sin(turn)
+        positions.append(Gf.Vec3f(round(x, 4), 0.25 if kind == 2 else 0.0, round(z, 4)))
+        half = 0.5 * (i * 1.7 % 6.28)
+        orientations.append(Gf.Quath(math.cos(half), 0.0, math.sin(half), 0.0))
+        scales.append(Gf.Vec3f(1.0 if kind == 2 else round(0.7 + 0.8 * (i * 0.618034 % 1.0), 3)))
+        indices.append(kind)
+    instancer.CreatePositionsAttr(positions)
+    instancer.CreateOrientationsAttr(orientations)
+    instancer.CreateScalesAttr(scales)
+    instancer.CreateProtoIndicesAttr(indices)
+
+    UsdLux.DomeLight.Define(stage, "/World/Lights/Sky").CreateColorAttr(Gf.Vec3f(0.5, 0.65, 1.0))
+    sun = UsdLux.DistantLight.Define(stage, "/World/Lights/Sun")
+    sun.CreateAngleAttr(1.0)
+    sun.CreateIntensityAttr(9000.0)
+    sun.CreateColorAttr(Gf.Vec3f(1.0, 0.9, 0.75))
+    kit.place(sun, rotate=(-50, 35, 0))
+    kit.camera(stage, "/World/Camera", (0.0, 3.2, 9.0), (0.0, 0.2, 0.0), focal_length=32.0)
+    kit.render_settings(stage, "/World/Camera", (640, 360), settings={"mbfeat:samplesPerPixel": 64})
+    return stage
+
+
 def furnace() -> Usd.Stage:
     """The inside of a closed sphere of albedo 0.5 and emission 0.5: every direction sees 1.
 
@@ -252,6 +349,7 @@ def mirror() -> Usd.Stage:
 STAGES: dict[str, Callable[[], Usd.Stage]] = {
     "cockpit": cockpit,
     "interior": interior,
+    "garden": garden,
     "furnace": furnace,
     "white_sky": white_sky,
     "mirror": mirror,
