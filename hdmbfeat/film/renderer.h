@@ -22,13 +22,13 @@ struct RenderView {
     Camera camera;
     std::shared_ptr<Film> film;
     std::string cameraPath;  ///< for messages
-    int samplesPerPixel = 0;  ///< 0: RenderOptions::samplesPerPixel
+    int samplesPerPixel = 0; ///< 0: RenderOptions::samplesPerPixel
 };
 
 struct RenderJob {
     std::vector<RenderView> views;
     RenderOptions options;
-    std::vector<Settings::Resolved> settings;  ///< what options came from, for the report
+    std::vector<Settings::Resolved> settings; ///< what options came from, for the report
     std::int64_t frame = 0;
     /// First passes at few samples, for a viewer; else large passes.
     bool interactive = false;
@@ -39,10 +39,10 @@ struct RenderJob {
 };
 
 struct RenderProgress {
-    double fraction = 0.0;  ///< of all samples of the job, 0..1
-    double seconds = 0.0;   ///< since the job started, pauses excluded
+    double fraction = 0.0; ///< of all samples of the job, 0..1
+    double seconds = 0.0;  ///< since the job started, pauses excluded
     double samplesPerSecond = 0.0;
-    double secondsLeft = 0.0;  ///< estimate; 0 when unknown
+    double secondsLeft = 0.0; ///< estimate; 0 when unknown
     std::uint64_t samples = 0;
 };
 
@@ -76,4 +76,4 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat
