@@ -40,7 +40,9 @@ MeshSource::MeshSource(const HdMesh& prim, HdSceneDelegate* delegate,
     if (flat) {
         raw_.normals = RawAttribute();
     }
-    raw_.smoothNormals = !flat && topology.GetScheme() != tokens().none;
+    // A bilinear surface refines to its own flat faces.
+    raw_.smoothNormals = !flat && topology.GetScheme() != tokens().none &&
+                         topology.GetScheme() != tokens().bilinear;
 }
 
 ArrayView<int> MeshSource::keep(const VtIntArray& array) {

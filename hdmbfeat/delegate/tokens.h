@@ -35,6 +35,7 @@ struct Tokens {
     const TfToken displayOpacity{"displayOpacity"};
     const TfToken leftHanded{"leftHanded"};
     const TfToken none{"none"};
+    const TfToken bilinear{"bilinear"};
     const TfToken geometryTag{"geometry"};
     const TfToken instanceTransforms{"hydra:instanceTransforms"};
     const TfToken instanceRotations{"hydra:instanceRotations"};
