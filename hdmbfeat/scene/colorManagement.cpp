@@ -2,6 +2,7 @@
 
 #include <dlfcn.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <exception>
 #include <fstream>
@@ -217,24 +218,30 @@ const std::string& ColorConfig::source() const {
 }
 
 std::vector<std::string> ColorConfig::colorSpaces() const {
+    const int count = impl_->config->getNumColorSpaces();
     std::vector<std::string> names;
-    for (int i = 0; i < impl_->config->getNumColorSpaces(); ++i) {
+    names.reserve(static_cast<std::size_t>(std::max(count, 0)));
+    for (int i = 0; i < count; ++i) {
         names.emplace_back(impl_->config->getColorSpaceNameByIndex(i));
     }
     return names;
 }
 
 std::vector<std::string> ColorConfig::displays() const {
+    const int count = impl_->config->getNumDisplays();
     std::vector<std::string> names;
-    for (int i = 0; i < impl_->config->getNumDisplays(); ++i) {
+    names.reserve(static_cast<std::size_t>(std::max(count, 0)));
+    for (int i = 0; i < count; ++i) {
         names.emplace_back(impl_->config->getDisplay(i));
     }
     return names;
 }
 
 std::vector<std::string> ColorConfig::views(const std::string& display) const {
+    const int count = impl_->config->getNumViews(display.c_str());
     std::vector<std::string> names;
-    for (int i = 0; i < impl_->config->getNumViews(display.c_str()); ++i) {
+    names.reserve(static_cast<std::size_t>(std::max(count, 0)));
+    for (int i = 0; i < count; ++i) {
         names.emplace_back(impl_->config->getView(display.c_str(), i));
     }
     return names;

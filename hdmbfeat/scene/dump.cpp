@@ -54,7 +54,7 @@ class Writer {
 public:
     template <class... Parts>
     void line(int depth, const Parts&... parts) {
-        out_.append(static_cast<std::size_t>(2 * depth), ' ');
+        out_.append(2 * static_cast<std::size_t>(depth), ' ');
         ((out_ += parts), ...);
         out_ += '\n';
     }

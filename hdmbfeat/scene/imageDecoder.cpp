@@ -6,17 +6,12 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <memory>
+#include <fstream>
 #include <new>
 
 namespace mbfeat {
 
 namespace {
-
-struct FileCloser {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-};
-using File = std::unique_ptr<std::FILE, FileCloser>;
 
 constexpr std::uint8_t kExrMagic[4] = {0x76, 0x2f, 0x31, 0x01};
 
@@ -56,12 +51,13 @@ Result<DecodedImage> decodeFile(const std::string& path) {
     if (size == 0) {
         return Error{path, "is empty (0 bytes)"};
     }
-    const File file(std::fopen(path.c_str(), "rb"));
+    std::ifstream file(path, std::ios::binary);
     std::uint8_t head[16] = {};
-    if (!file) {
-        return Error{path, std::string("cannot be opened: ") + std::strerror(errno)};
+    file.read(reinterpret_cast<char*>(head), sizeof(head));
+    const auto headSize = static_cast<std::size_t>(file.gcount());
+    if (headSize == 0) {
+        return Error{path, std::string("cannot be read: ") + std::strerror(errno)};
     }
-    const std::size_t headSize = std::fread(head, 1, sizeof(head), file.get());
     if (startsWith(head, headSize, kExrMagic, sizeof(kExrMagic))) {
         return decodeExrImage(path);
     }
@@ -75,8 +71,10 @@ Result<DecodedImage> decodeFile(const std::string& path) {
                                bytesText(kMaxImageBytes)};
     }
     std::vector<std::uint8_t> bytes(size);
-    std::rewind(file.get());
-    if (std::fread(bytes.data(), 1, size, file.get()) != size) {
+    file.clear();
+    file.seekg(0);
+    file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
+    if (static_cast<std::size_t>(file.gcount()) != size) {
         return Error{path, "cannot be read to its end"};
     }
     return radiance ? decodeRadianceImage(path, bytes) : decodeStbImage(path, bytes);
