@@ -4,6 +4,7 @@
 #include <array>
 #include <cctype>
 #include <cerrno>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -70,7 +71,7 @@ Bytes quantized(const std::vector<float>& values) {
     Bytes bytes(values.size());
     std::transform(values.begin(), values.end(), bytes.begin(), [](float v) {
         const float inside = v > 0.0F ? std::min(v, 1.0F) : 0.0F; // 0 for a NaN too
-        return static_cast<std::uint8_t>(inside * 255.0F + 0.5F);
+        return static_cast<std::uint8_t>(std::lround(inside * 255.0F));
     });
     return bytes;
 }
@@ -99,7 +100,9 @@ bool encode(Format format, int width, int height, int channels, const std::vecto
 }
 
 struct CloseFile {
-    void operator()(std::FILE* file) const { std::fclose(file); }
+    void operator()(std::FILE* file) const {
+        std::fclose(file); // NOLINT(cppcoreguidelines-owning-memory): this is the owner
+    }
 };
 
 Error systemError(const std::string& path, const char* what) {

@@ -4,7 +4,8 @@
 NB_MODULE(_core, module) {
     module.doc() = "The renderer's tables, the host exchange, films and files. The typed face of "
                    "this module is the package mbfeat.";
-    nanobind::exception<mbfeat::BindingError>(module, "Error", PyExc_RuntimeError);
+    [[maybe_unused]] const nanobind::exception<mbfeat::BindingError> error(module, "Error",
+                                                                           PyExc_RuntimeError);
     mbfeat::bindSettings(module);
     mbfeat::bindAovs(module);
     mbfeat::bindFilm(module);
