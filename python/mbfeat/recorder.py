@@ -134,7 +134,9 @@ def _write_own_image(
         raise RecordError(str(error)) from error
     if not recording.quiet:
         width, height = film.resolution
-        seen = f"camera {camera or 'that frames the stage'}, {width} x {height} pixels"
+        # A camera that frames the stage is the engine's own, below a prim of this name.
+        free = not camera or camera.startswith("/_UsdImaging")
+        seen = f"{'free camera' if free else f'camera {camera}'}, {width} x {height} pixels"
         print(summary(report, f"{what}, {seen}", [output]), flush=True)
     if report.errors:
         raise RecordError("; ".join(report.errors))

@@ -356,6 +356,7 @@ def test_missing_camera_is_told_and_another_view_rendered(
     result = run("-w", "20", "--camera", "/World/nobody", stage, "image.exr")
     assert result.returncode == 0
     assert "/World/nobody" in result.stderr
+    assert "free camera" in result.stdout
     assert (tmp_path / "image.exr").exists()
 
 
