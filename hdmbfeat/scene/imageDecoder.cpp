@@ -98,8 +98,10 @@ std::string bytesText(std::size_t bytes) {
 
 Status checkImageSize(const std::string& path, std::int64_t width, std::int64_t height,
                       std::int64_t texelBytes) {
+    constexpr std::int64_t kMaxSide = std::int64_t(1) << 24;
     const auto limit = static_cast<std::int64_t>(kMaxImageBytes);
-    if (width > 0 && height > 0 && width <= limit && height <= limit / width / texelBytes) {
+    if (width > 0 && height > 0 && width <= kMaxSide && height <= kMaxSide &&
+        width * height <= limit / texelBytes) {
         return std::nullopt;
     }
     return Error{path, "claims to have " + std::to_string(width) + " x " + std::to_string(height) +

@@ -136,12 +136,15 @@ void readColorSpace(const Imf::Header& header, DecodedImage& image) {
     }
 }
 
+/// Windows whose sizes checkImageSize() has passed.
 struct Windows {
     Imath::Box2i display, data;
-    std::size_t width() const {
-        return static_cast<std::size_t>(display.max.x - display.min.x + 1);
+
+    static std::size_t widthOf(const Imath::Box2i& window) {
+        return static_cast<std::size_t>(std::int64_t(window.max.x) - window.min.x + 1);
     }
-    std::size_t dataWidth() const { return static_cast<std::size_t>(data.max.x - data.min.x + 1); }
+    std::size_t width() const { return widthOf(display); }
+    std::size_t dataWidth() const { return widthOf(data); }
 };
 
 /// Rows of the data window that are decoded at a time: enough for any compression's block.

@@ -11,9 +11,11 @@ namespace {
 // One allocation beyond the limit is refused, so neither a header nor a compressed stream can ask
 // for arbitrary memory; stb_image reports it like memory that ran out.
 void* limitedMalloc(std::size_t size) {
+    // NOLINTNEXTLINE(cppcoreguidelines-owning-memory): stb_image owns its blocks
     return size > mbfeat::kMaxImageBytes ? nullptr : std::malloc(size);
 }
 void* limitedRealloc(void* block, std::size_t size) {
+    // NOLINTNEXTLINE(cppcoreguidelines-owning-memory): stb_image owns its blocks
     return size > mbfeat::kMaxImageBytes ? nullptr : std::realloc(block, size);
 }
 

@@ -473,6 +473,12 @@ TEST_CASE_FIXTURE(Fixture, "absurd sizes in headers are refused without taking m
     CHECK(load("a.exr") == nullptr);
     CHECK(message("a.exr").find("1000001 x 1000001 texels") != std::string::npos);
     diagnostics.clear();
+    writeExr(folder.file("a.exr"),
+             Imf::Header(Imath::Box2i({-1000000000, 0}, {1000000000, 0}), window),
+             {{"Y", Imf::HALF, {1}}});
+    CHECK(load("a.exr") == nullptr);
+    CHECK(message("a.exr").find("2000000001 x 1 texels") != std::string::npos);
+    diagnostics.clear();
     std::vector<std::uint8_t> tga(18, 0);
     tga[2] = 2;
     tga[12] = tga[13] = tga[14] = tga[15] = 0xff;
