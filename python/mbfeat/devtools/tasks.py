@@ -93,6 +93,11 @@ def test(layout: Layout, arguments: list[str]) -> int:
 def _test_cpp(preset: str, report: Path, tally: Tally) -> None:
     print("==== C++ tests ====", flush=True)
     jobs = str(len(os.sched_getaffinity(0)))
+    build = ["cmake", "--build", "--preset", preset, "--target", "mbfeat_tests", "-j", jobs]
+    if subprocess.run(build, check=False).returncode != 0:
+        print("the C++ tests could not be built")
+        tally.broken = True
+        return
     command = ["ctest", "--preset", preset, "-j", jobs, "--output-junit", str(report)]
     tally.add_report(report, subprocess.run(command, check=False).returncode)
 
@@ -111,7 +116,7 @@ def sanitize(layout: Layout, arguments: list[str]) -> int:
     jobs = str(len(os.sched_getaffinity(0)))
     for command in (
         ["cmake", "--preset", "asan"],
-        ["cmake", "--build", "--preset", "asan", "-j", jobs],
+        ["cmake", "--build", "--preset", "asan", "--target", "mbfeat_tests", "-j", jobs],
         ["ctest", "--preset", "asan", "-j", jobs, *arguments],
     ):
         status = subprocess.run(command, check=False).returncode
