@@ -9,7 +9,7 @@ namespace mbfeat {
 namespace {
 
 void removeStale(const std::string& path) {
-    std::error_code ignored;  // a file that cannot be removed was reported by the failed writing
+    std::error_code ignored; // a file that cannot be removed was reported by the failed writing
     if (std::filesystem::is_regular_file(path, ignored)) {
         std::filesystem::remove(path, ignored);
     }
@@ -25,7 +25,8 @@ void writeProducts(const JobResult& result, Diagnostics& diagnostics, RenderRepo
         for (const ProductSpec& product : image.products) {
             std::vector<Error> problems = validateProduct(product);
             if (problems.empty()) {
-                if (const Status status = writeProduct(product, *image.film, report)) {
+                if (const Status status =
+                        writeProduct(product, *image.film, report, &diagnostics)) {
                     problems.push_back(*status);
                 }
             }
@@ -41,7 +42,7 @@ void writeProducts(const JobResult& result, Diagnostics& diagnostics, RenderRepo
     }
 }
 
-}  // namespace
+} // namespace
 
 void finishJob(const JobResult& result, Diagnostics& diagnostics, RenderReport& report) {
     for (const Error& error : result.errors) {
@@ -50,8 +51,8 @@ void finishJob(const JobResult& result, Diagnostics& diagnostics, RenderReport& 
     for (const std::string& path : result.staleFiles) {
         removeStale(path);
     }
-    const bool badData = diagnostics.count(Severity::kWarning) > 0 ||
-                         diagnostics.count(Severity::kError) > 0;
+    const bool badData =
+        diagnostics.count(Severity::kWarning) > 0 || diagnostics.count(Severity::kError) > 0;
     if (result.onError == OnError::kAbort && badData) {
         addError({"mbfeat:onError", "it is abort and there were warnings or errors; no product "
                                     "is written. Repair what they name, or set it to warn."},
@@ -59,6 +60,7 @@ void finishJob(const JobResult& result, Diagnostics& diagnostics, RenderReport& 
     } else if (!report.interrupted) {
         const auto begin = std::chrono::steady_clock::now();
         writeProducts(result, diagnostics, report);
+        report.warnings = diagnostics.count(Severity::kWarning);
         report.seconds.emplace_back(
             "write",
             std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
@@ -69,4 +71,4 @@ void finishJob(const JobResult& result, Diagnostics& diagnostics, RenderReport& 
     Host::instance().publish(std::move(frame));
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

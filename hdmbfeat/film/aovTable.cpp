@@ -65,9 +65,10 @@ void addStandard(std::vector<AovDescriptor>& table) {
                             "Shading normal of the first hit, camera space, facing the camera."));
     table.push_back(makeNearest("primId", AovType::kInt, kScalar, offsetof(PathRecord, primId),
                                 -1.0F, "Hydra id of the prim that was hit; -1 at the background."));
-    table.push_back(makeNearest("instanceId", AovType::kInt, kScalar,
-                                offsetof(PathRecord, instanceId), -1.0F,
-                                "Index of the instance that was hit; -1 without instancing."));
+    table.push_back(
+        makeNearest("instanceId", AovType::kInt, kScalar, offsetof(PathRecord, instanceId), -1.0F,
+                    "Index of the instance that was hit, 0 for a prim that is not instanced; -1 "
+                    "at the background."));
     table.push_back(makeNearest("elementId", AovType::kInt, kScalar,
                                 offsetof(PathRecord, elementId), -1.0F,
                                 "Index of the authored face that was hit; -1 at the background."));
