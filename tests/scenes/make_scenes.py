@@ -1,4 +1,6 @@
-"""Writes the stages of this folder, and their textures: ``./run python tests/scenes/make_scenes.py``.
+"""Writes the stages of this folder and their textures.
+
+Run ``./run python tests/scenes/make_scenes.py``.
 
 The stages are committed; run this after a change here and commit what it writes.
 """
@@ -11,16 +13,15 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import stagekit as kit
 from PIL import Image
 from pxr import Gf, Usd, UsdGeom, UsdLux
-
-import stagekit as kit
 
 HERE = Path(__file__).resolve().parent
 
 
 def write_textures(folder: Path) -> None:
-    """checker.png (two greys), panel.png (instrument markings), leaf.png (with alpha); 8-bit sRGB."""
+    """checker.png (greys), panel.png (instrument markings), leaf.png (with alpha); 8-bit sRGB."""
     folder.mkdir(parents=True, exist_ok=True)
     cells = np.indices((64, 64)).sum(axis=0) // 8 % 2
     checker = np.where(cells[..., None] == 1, [200, 198, 190], [95, 100, 112]).astype(np.uint8)
@@ -91,7 +92,9 @@ def cockpit() -> Usd.Stage:
     )
     paints = [
         kit.preview_material(stage, f"{materials}/Paint{i}", diffuseColor=colour, roughness=0.4)
-        for i, colour in enumerate([(0.8, 0.1, 0.08), (0.9, 0.65, 0.08), (0.1, 0.55, 0.2), (0.1, 0.3, 0.8)])
+        for i, colour in enumerate(
+            [(0.8, 0.1, 0.08), (0.9, 0.65, 0.08), (0.1, 0.55, 0.2), (0.1, 0.3, 0.8)]
+        )
     ]
 
     ground = kit.quad(stage, "/World/Ground", (-8, -1.02, 8), (16, 0, 0), (0, 0, -16))
@@ -106,17 +109,27 @@ def cockpit() -> Usd.Stage:
         kit.place(face, scale=(1.3, 1.0, 1.2))
         kit.bind(face, glass)
 
-    deck = kit.revolve(stage, "/World/Cockpit/Deck", [(0.0, -0.62), (0.86, -0.62), (0.86, -0.56), (0.0, -0.56)], 48, smooth=False)
+    deck = kit.revolve(
+        stage,
+        "/World/Cockpit/Deck",
+        [(0.0, -0.62), (0.86, -0.62), (0.86, -0.56), (0.0, -0.56)],
+        48,
+        smooth=False,
+    )
     kit.bind(deck, dark)
     dash = kit.box(stage, "/World/Cockpit/Dash", (-0.62, -0.17, -0.12), (0.62, 0.17, 0.12))
     kit.place(dash, translate=(0, -0.28, 0.32), rotate=(-28, 0, 0))
     kit.bind(dash, dark)
     for i, x in enumerate((-0.4, 0.0, 0.4)):
-        panel = kit.quad(stage, f"/World/Cockpit/Screen{i}", (-0.16, -0.11, 0.125), (0.32, 0, 0), (0, 0.22, 0))
+        panel = kit.quad(
+            stage, f"/World/Cockpit/Screen{i}", (-0.16, -0.11, 0.125), (0.32, 0, 0), (0, 0.22, 0)
+        )
         kit.place(panel, translate=(x, -0.28, 0.32), rotate=(-28, 0, 0))
         kit.bind(panel, screen)
     for i in range(12):
-        button = kit.box(stage, f"/World/Cockpit/Button{i:02d}", (-0.018, -0.018, 0.12), (0.018, 0.018, 0.15))
+        button = kit.box(
+            stage, f"/World/Cockpit/Button{i:02d}", (-0.018, -0.018, 0.12), (0.018, 0.018, 0.15)
+        )
         kit.place(button, translate=(0.1 * (i - 5.5), -0.14, 0.255), rotate=(-28, 0, 0))
         kit.bind(button, paints[i % len(paints)])
     for side, x in (("Left", -0.34), ("Right", 0.34)):
@@ -141,7 +154,15 @@ def cockpit() -> Usd.Stage:
     dome = UsdLux.DomeLight.Define(stage, "/World/Lights/Sky")
     dome.CreateColorAttr(Gf.Vec3f(0.55, 0.7, 1.0))
     dome.CreateIntensityAttr(0.9)
-    kit.rect_light(stage, "/World/Lights/Key", (3.5, 4.5, 3.0), (0, -0.2, 0), (3.0, 3.0), 14.0, (1.0, 0.93, 0.82))
+    kit.rect_light(
+        stage,
+        "/World/Lights/Key",
+        (3.5, 4.5, 3.0),
+        (0, -0.2, 0),
+        (3.0, 3.0),
+        14.0,
+        (1.0, 0.93, 0.82),
+    )
     lamp = UsdLux.SphereLight.Define(stage, "/World/Lights/Lamp")
     lamp.CreateRadiusAttr(0.07)
     lamp.CreateIntensityAttr(22.0)
@@ -149,9 +170,7 @@ def cockpit() -> Usd.Stage:
     kit.place(lamp, translate=(0.0, 0.62, 0.1))
 
     kit.camera(stage, "/World/Camera", (0.0, 0.75, 4.3), (0.0, -0.12, 0.0), focal_length=46.0)
-    kit.render_settings(
-        stage, "/World/Camera", (640, 360), settings={"mbfeat:samplesPerPixel": 64}
-    )
+    kit.render_settings(stage, "/World/Camera", (640, 360), settings={"mbfeat:samplesPerPixel": 64})
     return stage
 
 
@@ -192,9 +211,7 @@ def interior() -> Usd.Stage:
     kit.bind(ball, materials["Blue"])
     kit.rect_light(stage, "/World/Light", (0, 2.98, 0.0), (0, 0, 0), (1.2, 1.2), 12.0)
     kit.camera(stage, "/World/Camera", (0.0, 1.5, 2.9), (0.0, 1.25, -1.0), focal_length=22.0)
-    kit.render_settings(
-        stage, "/World/Camera", (640, 360), settings={"mbfeat:samplesPerPixel": 64}
-    )
+    kit.render_settings(stage, "/World/Camera", (640, 360), settings={"mbfeat:samplesPerPixel": 64})
     return stage
 
 
@@ -212,9 +229,14 @@ def leaves(stage: Usd.Stage, path: str, count: int) -> UsdGeom.Mesh:
             reach, height = 0.5 * row * lean * (0.6 + bend), 0.6 * row * (1.15 - lean * bend * 0.7)
             for side in (-0.5, 0.5):
                 width = 0.16 * side
-                points.append((reach * out[0] - width * out[1], height, reach * out[1] + width * out[0]))
+                points.append(
+                    (reach * out[0] - width * out[1], height, reach * out[1] + width * out[0])
+                )
                 st.append((side + 0.5, row))
-        faces += [[first, first + 1, first + 3, first + 2], [first + 2, first + 3, first + 5, first + 4]]
+        faces += [
+            [first, first + 1, first + 3, first + 2],
+            [first + 2, first + 3, first + 5, first + 4],
+        ]
     return kit.mesh(stage, path, points, faces, st=st)
 
 
@@ -236,7 +258,9 @@ def garden() -> Usd.Stage:
         "Crate": kit.preview_material(
             stage,
             f"{materials}/Crate",
-            diffuseColor=kit.texture(stage, f"{materials}/Crate/Map", checker, scale=(0.9, 0.55, 0.3, 1)),
+            diffuseColor=kit.texture(
+                stage, f"{materials}/Crate/Map", checker, scale=(0.9, 0.55, 0.3, 1)
+            ),
             roughness=0.8,
         ),
         "Ball": kit.preview_material(
@@ -248,7 +272,9 @@ def garden() -> Usd.Stage:
         [Gf.Vec2f(u, v) for u, v in [(0, 0), (12, 0), (12, 12), (0, 12)]]
     )
     earth = kit.texture(stage, f"{materials}/Earth/Map", checker, scale=(0.6, 0.45, 0.3, 1))
-    kit.bind(ground, kit.preview_material(stage, f"{materials}/Earth", diffuseColor=earth, roughness=1.0))
+    kit.bind(
+        ground, kit.preview_material(stage, f"{materials}/Earth", diffuseColor=earth, roughness=1.0)
+    )
 
     instancer = UsdGeom.PointInstancer.Define(stage, "/World/Plants")
     prototypes = {
@@ -305,7 +331,10 @@ def furnace() -> Usd.Stage:
     )
     kit.camera(stage, "/World/Camera", (0, 0, 0.5), (0, 0, -1), aspect=1.0)
     kit.render_settings(
-        stage, "/World/Camera", (32, 32), settings={"mbfeat:maxBounces": 64, "mbfeat:pixelFilter": "box"}
+        stage,
+        "/World/Camera",
+        (32, 32),
+        settings={"mbfeat:maxBounces": 64, "mbfeat:pixelFilter": "box"},
     )
     return stage
 
@@ -327,7 +356,7 @@ def white_sky() -> Usd.Stage:
 
 
 def mirror() -> Usd.Stage:
-    """A perfect mirror at 45 degrees that shows a green card: vertex 1 holds the card's features."""
+    """A perfect mirror at 45 degrees that shows a green card: vertex 1 has its features."""
     stage = kit.new_stage()
     silver = kit.preview_material(
         stage, "/World/Materials/Mirror", diffuseColor=(1, 1, 1), metallic=1.0, roughness=0.0
@@ -346,6 +375,41 @@ def mirror() -> Usd.Stage:
     return stage
 
 
+def pane() -> Usd.Stage:
+    """A pane of clear glass, 0.1 thick and of index 1.5, before a card of radiance 1.
+
+    At normal incidence each face reflects 0.04, so with all reflections inside the pane the camera
+    sees (1 - 0.04) / (1 + 0.04) of the card.
+    """
+    stage = kit.new_stage()
+    glass = kit.preview_material(
+        stage,
+        "/World/Materials/Glass",
+        diffuseColor=(1, 1, 1),
+        opacity=0.0,
+        roughness=0.0,
+        ior=1.5,
+    )
+    card = kit.preview_material(
+        stage,
+        "/World/Materials/Card",
+        diffuseColor=(0.6, 0.4, 0.2),
+        emissiveColor=(1, 1, 1),
+        roughness=1.0,
+        ior=1.0,
+    )
+    kit.bind(kit.box(stage, "/World/Pane", (-4, -4, -0.1), (4, 4, 0)), glass)
+    kit.bind(kit.quad(stage, "/World/Card", (-2, -2, -2), (4, 0, 0), (0, 4, 0)), card)
+    kit.camera(stage, "/World/Camera", (0, 0, 4), (0, 0, 0), focal_length=180.0, aspect=1.0)
+    kit.render_settings(
+        stage,
+        "/World/Camera",
+        (32, 32),
+        settings={"mbfeat:maxBounces": 64, "mbfeat:pixelFilter": "box"},
+    )
+    return stage
+
+
 STAGES: dict[str, Callable[[], Usd.Stage]] = {
     "cockpit": cockpit,
     "interior": interior,
@@ -353,6 +417,7 @@ STAGES: dict[str, Callable[[], Usd.Stage]] = {
     "furnace": furnace,
     "white_sky": white_sky,
     "mirror": mirror,
+    "pane": pane,
 }
 
 

@@ -6,6 +6,7 @@ on every run.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Sequence
 
@@ -80,13 +81,19 @@ def quad(
     """A rectangle; its normal is edge_u x edge_v and st runs 0..1 along the edges."""
     o, u, v = Gf.Vec3f(*origin), Gf.Vec3f(*edge_u), Gf.Vec3f(*edge_v)
     return mesh(
-        stage, path, [o, o + u, o + u + v, o + v], [(0, 1, 2, 3)], st=[(0, 0), (1, 0), (1, 1), (0, 1)]
+        stage,
+        path,
+        [o, o + u, o + u + v, o + v],
+        [(0, 1, 2, 3)],
+        st=[(0, 0), (1, 0), (1, 1), (0, 1)],
     )
 
 
 def box(stage: Usd.Stage, path: str, low: Vector, high: Vector) -> UsdGeom.Mesh:
     """An axis-aligned box with normals outwards and st 0..1 on every face."""
-    points = [(x, y, z) for z in (low[2], high[2]) for y in (low[1], high[1]) for x in (low[0], high[0])]
+    points = [
+        (x, y, z) for z in (low[2], high[2]) for y in (low[1], high[1]) for x in (low[0], high[0])
+    ]
     faces = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
     st = [(0, 0), (1, 0), (1, 1), (0, 1)] * 6
     return mesh(stage, path, points, faces, st=st, st_interpolation=UsdGeom.Tokens.faceVarying)
@@ -123,7 +130,7 @@ def revolve(
             normals.append((nr * math.cos(phi), nh, -nr * math.sin(phi)))
         rings.append(ring)
     faces: list[Sequence[int]] = []
-    for low, high in zip(rings, rings[1:], strict=False):
+    for low, high in itertools.pairwise(rings):
         for s in range(segments):
             t = (s + 1) % segments
             if len(low) == 1 and len(high) > 1:

@@ -137,7 +137,7 @@ def lint(layout: Layout, arguments: list[str]) -> int:
     deadline = time.monotonic() + (budgets[-1] if budgets else math.inf)
     only = [argument for argument in arguments if not argument.startswith("--")]
     sources = _own_sources()
-    python = ["python", "tests/python"]
+    python = ["python", "tests"]
     clang_format = ["clang-format", *(["-i"] if fix else ["--dry-run", "-Werror"])]
     ruff_format = ["ruff", "format", *([] if fix else ["--check"])]
     ruff_check = ["ruff", "check", *(["--fix"] if fix else [])]
