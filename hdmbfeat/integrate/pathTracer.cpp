@@ -68,8 +68,8 @@ struct SurfaceVertex {
     bool outside; ///< the path arrives on the outside
     Float3 ng;    ///< geometric normal, facing the ray
     Frame<float> frame;
-    Float3 wo; ///< shading frame
     Bsdf<float> bsdf;
+    Bsdf<float>::Outgoing out; ///< towards where the path came from, in the shading frame
 };
 
 SurfaceVertex makeVertex(const Accel& accel, const RayHit& hit, const Float3& rayDirection) {
@@ -84,9 +84,10 @@ SurfaceVertex makeVertex(const Accel& accel, const RayHit& hit, const Float3& ra
     const Float3 mapped = mappedNormal(geometry, hit, point, parameters);
     const Float3 ns = visibleShadingNormal(outside ? mapped : -mapped, ng, wo);
     const Frame<float> frame = Frame<float>::fromNormal(ns);
-    return {geometry,   binding,           point,
-            parameters, outside,           ng,
-            frame,      frame.toLocal(wo), Bsdf<float>(parameters, outside)};
+    const Bsdf<float> bsdf(parameters, outside);
+    return {geometry,   binding, point,
+            parameters, outside, ng,
+            frame,      bsdf,    bsdf.outgoing(frame.toLocal(wo))};
 }
 
 /// True where the geometric and the shading side of wi agree; else light would leak through.
@@ -326,7 +327,7 @@ struct PathWalk {
         if (!sidesAgree(surface, light.wi, wi.z)) {
             return Rgb(0.0F);
         }
-        const BsdfValue<float> value = surface.bsdf.evaluate(surface.wo, wi);
+        const BsdfValue<float> value = surface.bsdf.evaluate(surface.out, wi);
         const Rgb scattered = value.diffuse * light.diffuse + value.specular * light.specular;
         if (isBlack(scattered)) {
             return Rgb(0.0F);
@@ -342,7 +343,7 @@ struct PathWalk {
     /// Chooses the next segment; false where the path is absorbed.
     bool scatter(int vertex, const SurfaceVertex& surface) {
         const BsdfSample<float> sample =
-            surface.bsdf.sample(surface.wo, number(vertex, kDimBsdfLobe), pair(vertex, kDimBsdf));
+            surface.bsdf.sample(surface.out, number(vertex, kDimBsdfLobe), pair(vertex, kDimBsdf));
         const Float3 wi = surface.frame.toWorld(sample.wi);
         if (!(sample.pdf > 0.0F) || isBlack(sample.weight) ||
             !sidesAgree(surface, wi, sample.wi.z)) {
@@ -358,7 +359,7 @@ struct PathWalk {
         }
         path.diffuseShare = Rgb(0.0F);
         if (tracer.lightsHaveMultipliers && !sample.delta) {
-            const BsdfValue<float> value = surface.bsdf.evaluate(surface.wo, sample.wi);
+            const BsdfValue<float> value = surface.bsdf.evaluate(surface.out, sample.wi);
             const Rgb total = value.total();
             for (int c = 0; c < 3; ++c) {
                 path.diffuseShare[c] = total[c] > 0.0F ? value.diffuse[c] / total[c] : 0.0F;

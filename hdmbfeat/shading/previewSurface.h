@@ -45,11 +45,30 @@ public:
     /// sides. Parameters must be in range: opacity, metallic, ... in 0..1, ior positive.
     Bsdf(const SurfaceParameters<T>& p, const Mask<T>& entering);
 
+    /// Probabilities of the three lobes; they add to 1.
+    struct LobeProbabilities {
+        T coat, diffuse, interface;
+    };
+    /// What depends on the outgoing direction alone, to be shared by the calls of one vertex.
+    struct Outgoing {
+        Vec3<T> wo; ///< unit, wo.z > 0
+        LobeProbabilities choice;
+        T coatThrough;          ///< what the clearcoat lets through
+        Vec3<T> diffuseThrough; ///< what the interface lets through to the diffuse base
+    };
+    Outgoing outgoing(const Vec3<T>& wo) const;
+
     /// All lobes that are not deltas, at unit vectors wo (wo.z > 0) and wi (any).
-    BsdfValue<T> evaluate(const Vec3<T>& wo, const Vec3<T>& wi) const;
+    BsdfValue<T> evaluate(const Outgoing& out, const Vec3<T>& wi) const;
+    BsdfValue<T> evaluate(const Vec3<T>& wo, const Vec3<T>& wi) const {
+        return evaluate(outgoing(wo), wi);
+    }
 
     /// Draws wi. uLobe and u are in [0, 1).
-    BsdfSample<T> sample(const Vec3<T>& wo, const T& uLobe, const Vec2<T>& u) const;
+    BsdfSample<T> sample(const Outgoing& out, const T& uLobe, const Vec2<T>& u) const;
+    BsdfSample<T> sample(const Vec3<T>& wo, const T& uLobe, const Vec2<T>& u) const {
+        return sample(outgoing(wo), uLobe, u);
+    }
 
     /// True where evaluate() can be different from zero, so that light sampling makes sense.
     Mask<T> hasNonDelta() const;
@@ -63,10 +82,6 @@ private:
     struct Interface {
         Vec3<T> reflected, refracted;
     };
-    /// Probabilities of the three lobes; they add to 1.
-    struct LobeProbabilities {
-        T coat, diffuse, interface;
-    };
 
     static T mean(const Vec3<T>& c) { return (c.x + c.y + c.z) * T(1.0F / 3.0F); }
 
@@ -77,19 +92,13 @@ private:
     T coatReflectance(const T& c) const {
         return any(coat_ > T(0)) ? coat_ * fresnelDielectric(outside_, c) : T(0);
     }
-    T coatTransmittance(const Vec3<T>& wo, const Vec3<T>& wi) const;
-    LobeProbabilities probabilities(const Vec3<T>& wo) const;
+    T coatTransmittance(const Outgoing& out, const Vec3<T>& wi) const;
     T reflectProbability(const T& cosine) const;
-    BsdfValue<T> evaluate(const Vec3<T>& wo, const Vec3<T>& wi,
-                          const LobeProbabilities& choice) const;
-    void setDelta(const Vec3<T>& wo, const LobeProbabilities& choice, const Mask<T>& coat,
-                  const T& reflects, BsdfSample<T>& s) const;
-    void addDiffuse(const Vec3<T>& wo, const Vec3<T>& wi, const T& probability,
-                    BsdfValue<T>& value) const;
-    void addReflection(const Vec3<T>& wo, const Vec3<T>& wi, const LobeProbabilities& choice,
-                       BsdfValue<T>& value) const;
-    void addRefraction(const Vec3<T>& wo, const Vec3<T>& wi, const T& probability,
-                       BsdfValue<T>& value) const;
+    void setDelta(const Outgoing& out, const Mask<T>& coat, const T& reflects,
+                  BsdfSample<T>& s) const;
+    void addDiffuse(const Outgoing& out, const Vec3<T>& wi, BsdfValue<T>& value) const;
+    void addReflection(const Outgoing& out, const Vec3<T>& wi, BsdfValue<T>& value) const;
+    void addRefraction(const Outgoing& out, const Vec3<T>& wi, BsdfValue<T>& value) const;
 
     SurfaceParameters<T> p_;
     RelativeIndex<T> outside_;  ///< from index 1 into ior
@@ -196,29 +205,33 @@ Vec3<T> Bsdf<T>::diffuseTransmittance(const T& cosine) const {
 }
 
 template <class T>
-T Bsdf<T>::coatTransmittance(const Vec3<T>& wo, const Vec3<T>& wi) const {
+T Bsdf<T>::coatTransmittance(const Outgoing& out, const Vec3<T>& wi) const {
     if (!any(p_.clearcoat > T(0))) {
         return T(1);
     }
     const T fresnel = fresnelDielectric(outside_, abs(wi.z));
     const T weight = select(wi.z > T(0), coat_, coatBehind_);
-    return (T(1) - coatReflectance(wo.z)) * (T(1) - weight * fresnel);
+    return out.coatThrough * (T(1) - weight * fresnel);
 }
 
 template <class T>
-typename Bsdf<T>::LobeProbabilities Bsdf<T>::probabilities(const Vec3<T>& wo) const {
+typename Bsdf<T>::Outgoing Bsdf<T>::outgoing(const Vec3<T>& wo) const {
+    Outgoing out;
+    out.wo = wo;
     const Interface interface = interfaceAt(wo.z);
     const T coat = coatReflectance(wo.z);
-    const T diffuse = any(maxComponent(diffuse_) > T(0))
-                          ? (T(1) - coat) * mean(diffuse_ * diffuseTransmittance(wo.z))
-                          : T(0);
-    const T below = (T(1) - coat) * mean(interface.reflected + interface.refracted);
+    out.coatThrough = T(1) - coat;
+    out.diffuseThrough =
+        any(maxComponent(diffuse_) > T(0)) ? diffuseTransmittance(wo.z) : Vec3<T>(T(0));
+    const T diffuse = out.coatThrough * mean(diffuse_ * out.diffuseThrough);
+    const T below = out.coatThrough * mean(interface.reflected + interface.refracted);
     const T sum = coat + diffuse + below;
     const Mask<T> lit = sum > T(1e-20F);
     const T scale = T(1) / select(lit, sum, T(1));
     // A black surface absorbs; which lobe does it is all the same.
-    return {select(lit, coat * scale, T(0)), select(lit, diffuse * scale, T(1)),
-            select(lit, below * scale, T(0))};
+    out.choice = {select(lit, coat * scale, T(0)), select(lit, diffuse * scale, T(1)),
+                  select(lit, below * scale, T(0))};
+    return out;
 }
 
 /// Probability that the interface reflects, given the cosine to the facet it hit.
@@ -234,22 +247,21 @@ T Bsdf<T>::reflectProbability(const T& cosine) const {
 }
 
 template <class T>
-void Bsdf<T>::addDiffuse(const Vec3<T>& wo, const Vec3<T>& wi, const T& probability,
-                         BsdfValue<T>& value) const {
+void Bsdf<T>::addDiffuse(const Outgoing& out, const Vec3<T>& wi, BsdfValue<T>& value) const {
     const Mask<T> valid = wi.z > T(0);
     const T density = max(wi.z, T(0)) * T(kInvPi);
-    value.pdf += probability * density;
+    value.pdf += out.choice.diffuse * density;
     if (!any(maxComponent(diffuse_) > T(0))) {
         return;
     }
-    const Vec3<T> f = diffuse_ * diffuseTransmittance(wo.z) *
-                      diffuseTransmittance(max(wi.z, T(0))) * (density * coatTransmittance(wo, wi));
+    const Vec3<T> f = diffuse_ * out.diffuseThrough * diffuseTransmittance(max(wi.z, T(0))) *
+                      (density * coatTransmittance(out, wi));
     value.diffuse = select<T>(valid, f, Vec3<T>(T(0)));
 }
 
 template <class T>
-void Bsdf<T>::addReflection(const Vec3<T>& wo, const Vec3<T>& wi, const LobeProbabilities& choice,
-                            BsdfValue<T>& value) const {
+void Bsdf<T>::addReflection(const Outgoing& out, const Vec3<T>& wi, BsdfValue<T>& value) const {
+    const Vec3<T>& wo = out.wo;
     const Vec3<T> sum = wo + wi;
     const T norm = lengthSquared(sum);
     const Mask<T> valid = wi.z > T(0) && norm > T(1e-20F);
@@ -266,25 +278,25 @@ void Bsdf<T>::addReflection(const Vec3<T>& wo, const Vec3<T>& wi, const LobeProb
         reflects = select(deltaRefraction_, reflectProbability(wo.z), reflects);
     }
     const Mask<T> base = valid && !deltaReflection_;
-    const T scale = ggx.density(h) * ggx.visibility(wo, wi) * wi.z * coatTransmittance(wo, wi);
+    const T scale = ggx.density(h) * ggx.visibility(wo, wi) * wi.z * coatTransmittance(out, wi);
     value.specular += select<T>(base, interface.reflected * scale, Vec3<T>(T(0)));
     value.pdf +=
-        select(base, choice.interface * reflects * T(0.25F) * ggx.visibleDensity(wo, h), T(0));
+        select(base, out.choice.interface * reflects * T(0.25F) * ggx.visibleDensity(wo, h), T(0));
 
     const Mask<T> coat = valid && !deltaCoat_ && coat_ > T(0);
     if (any(coat)) {
         const Ggx<T> coatGgx(coatAlpha_);
         const T f = coatReflectance(c) * coatGgx.density(h) * coatGgx.visibility(wo, wi) * wi.z;
         value.specular += select<T>(coat, Vec3<T>(f), Vec3<T>(T(0)));
-        value.pdf += select(coat, choice.coat * T(0.25F) * coatGgx.visibleDensity(wo, h), T(0));
+        value.pdf += select(coat, out.choice.coat * T(0.25F) * coatGgx.visibleDensity(wo, h), T(0));
     }
 }
 
 /// Walter et al. 2007, equations 16, 17 and 21, for radiance: the density of refracted radiance
 /// changes by 1 / eta^2. With l = |wo + eta wi|, eta^2 |wi.h| / l^2 is the Jacobian of h to wi.
 template <class T>
-void Bsdf<T>::addRefraction(const Vec3<T>& wo, const Vec3<T>& wi, const T& probability,
-                            BsdfValue<T>& value) const {
+void Bsdf<T>::addRefraction(const Outgoing& out, const Vec3<T>& wi, BsdfValue<T>& value) const {
+    const Vec3<T>& wo = out.wo;
     const Vec3<T> sum(fma(index_.eta, wi.x, wo.x), fma(index_.eta, wi.y, wo.y),
                       fma(index_.eta, wi.z, wo.z));
     const T norm = max(lengthSquared(sum), T(1e-20F));
@@ -304,31 +316,25 @@ void Bsdf<T>::addRefraction(const Vec3<T>& wo, const Vec3<T>& wi, const T& proba
 
     const T jacobian = abs(ci) / norm;
     const T scale = T(4) * c * ggx.density(h) * ggx.visibility(wo, wi) * abs(wi.z) * jacobian *
-                    coatTransmittance(wo, wi);
+                    coatTransmittance(out, wi);
     value.specular += select<T>(valid, interface.refracted * scale, Vec3<T>(T(0)));
     value.pdf += select(valid,
-                        probability * refracts * c * ggx.visibleDensity(wo, h) * index_.etaSquared *
-                            jacobian,
+                        out.choice.interface * refracts * c * ggx.visibleDensity(wo, h) *
+                            index_.etaSquared * jacobian,
                         T(0));
 }
 
 template <class T>
-BsdfValue<T> Bsdf<T>::evaluate(const Vec3<T>& wo, const Vec3<T>& wi) const {
-    return evaluate(wo, wi, probabilities(wo));
-}
-
-template <class T>
-BsdfValue<T> Bsdf<T>::evaluate(const Vec3<T>& wo, const Vec3<T>& wi,
-                               const LobeProbabilities& choice) const {
+BsdfValue<T> Bsdf<T>::evaluate(const Outgoing& out, const Vec3<T>& wi) const {
     BsdfValue<T> value;
     if (any(wi.z > T(0))) {
-        addDiffuse(wo, wi, choice.diffuse, value);
-        addReflection(wo, wi, choice, value);
+        addDiffuse(out, wi, value);
+        addReflection(out, wi, value);
     }
     if (any(wi.z < T(0) && p_.opacity < T(1))) {
-        addRefraction(wo, wi, choice.interface, value);
+        addRefraction(out, wi, value);
     }
-    const Mask<T> valid = wo.z > T(0);
+    const Mask<T> valid = out.wo.z > T(0);
     value.diffuse = select<T>(valid, value.diffuse, Vec3<T>(T(0)));
     value.specular = select<T>(valid, value.specular, Vec3<T>(T(0)));
     value.pdf = select(valid, value.pdf, T(0));
@@ -336,8 +342,9 @@ BsdfValue<T> Bsdf<T>::evaluate(const Vec3<T>& wo, const Vec3<T>& wi,
 }
 
 template <class T>
-BsdfSample<T> Bsdf<T>::sample(const Vec3<T>& wo, const T& uLobe, const Vec2<T>& u) const {
-    const LobeProbabilities choice = probabilities(wo);
+BsdfSample<T> Bsdf<T>::sample(const Outgoing& out, const T& uLobe, const Vec2<T>& u) const {
+    const Vec3<T>& wo = out.wo;
+    const LobeProbabilities& choice = out.choice;
     const Mask<T> coat = uLobe < choice.coat;
     const Mask<T> diffuse = !coat && uLobe < choice.coat + choice.diffuse;
     const Mask<T> interface = !coat && !diffuse;
@@ -371,13 +378,13 @@ BsdfSample<T> Bsdf<T>::sample(const Vec3<T>& wo, const T& uLobe, const Vec2<T>& 
     s.roughness = select(diffuse, T(1), select(coat, p_.clearcoatRoughness, p_.roughness));
     s.eta = select(refracted, index_.eta, T(1));
 
-    const BsdfValue<T> value = evaluate(wo, s.wi, choice);
+    const BsdfValue<T> value = evaluate(out, s.wi);
     const Mask<T> sided = (refracted && s.wi.z < T(0)) || (!refracted && s.wi.z > T(0));
     const Mask<T> lit = sided && value.pdf > T(0);
     s.pdf = select(lit, value.pdf, T(0));
     s.weight = select<T>(lit, value.total() / max(value.pdf, T(1e-30F)), Vec3<T>(T(0)));
     if (any(s.delta)) {
-        setDelta(wo, choice, coat, reflects, s);
+        setDelta(out, coat, reflects, s);
     }
     return s;
 }
@@ -385,10 +392,12 @@ BsdfSample<T> Bsdf<T>::sample(const Vec3<T>& wo, const T& uLobe, const Vec2<T>& 
 /// Weight, probability and tint of the lanes that chose a delta lobe. `reflects` is the
 /// probability of reflection at the interface, which is flat there.
 template <class T>
-void Bsdf<T>::setDelta(const Vec3<T>& wo, const LobeProbabilities& choice, const Mask<T>& coat,
-                       const T& reflects, BsdfSample<T>& s) const {
+void Bsdf<T>::setDelta(const Outgoing& out, const Mask<T>& coat, const T& reflects,
+                       BsdfSample<T>& s) const {
+    const Vec3<T>& wo = out.wo;
+    const LobeProbabilities& choice = out.choice;
     const Interface interface = interfaceAt(wo.z);
-    const T through = coatTransmittance(wo, s.wi);
+    const T through = coatTransmittance(out, s.wi);
     const Vec3<T> reflection = interface.reflected * through;
     const Vec3<T> refraction = interface.refracted * (through / index_.etaSquared);
     const Vec3<T> value = select<T>(coat, Vec3<T>(coatReflectance(wo.z)),
