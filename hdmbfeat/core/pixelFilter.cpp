@@ -66,20 +66,6 @@ float nodePosition(int i) {
     return 2.0F * static_cast<float>(i) / kIntervals - 1.0F;
 }
 
-/// Inverts the distribution function of a density that is linear between the nodes. Returns a
-/// position in [-1, 1].
-float sampleProfile(const std::vector<float>& cdf, const std::vector<float>& density, float u) {
-    const auto above = std::upper_bound(cdf.begin() + 1, cdf.end() - 1, u);
-    const int i = static_cast<int>(above - cdf.begin()) - 1;
-    const float d0 = density[i], d1 = density[i + 1];
-    // Solve d0 t + (d1 - d0) t^2 / 2 = rest / h for t in [0, 1]; this form has no cancellation.
-    const float rest = (u - cdf[i]) * (0.5F * kIntervals);
-    const float root = std::sqrt(std::max(0.0F, d0 * d0 + 2.0F * (d1 - d0) * rest));
-    const float denominator = d0 + root;
-    const float t = denominator > 0.0F ? 2.0F * rest / denominator : 0.0F;
-    return nodePosition(i) + std::min(t, 1.0F) * (2.0F / kIntervals);
-}
-
 } // namespace
 
 FilterSampler::FilterSampler(PixelFilter filter, float width)
@@ -107,8 +93,31 @@ FilterSampler::FilterSampler(PixelFilter filter, float width)
         cdf_[i] = static_cast<float>(cumulative[i] / area);
         density_[i] = static_cast<float>(density_[i] / area);
     }
+    guide_.resize(kIntervals);
+    for (std::size_t k = 0; k < guide_.size(); ++k) {
+        const float u = static_cast<float>(k) / kIntervals;
+        guide_[k] = static_cast<std::uint16_t>(
+            std::upper_bound(cdf_.begin() + 1, cdf_.end() - 1, u) - cdf_.begin());
+    }
     const double ratio = area / signedArea;
     normalisation_ = static_cast<float>(ratio * ratio);
+}
+
+/// Inverts the distribution function of a density that is linear between the nodes.
+float FilterSampler::invert(float u) const {
+    // The guide leaves a step or two of what would be a search over the whole table.
+    std::size_t above = guide_[static_cast<std::size_t>(u * kIntervals)];
+    while (above < kIntervals && !(cdf_[above] > u)) {
+        ++above;
+    }
+    const std::size_t i = above - 1;
+    const float d0 = density_[i], d1 = density_[i + 1];
+    // Solve d0 t + (d1 - d0) t^2 / 2 = rest / h for t in [0, 1]; this form has no cancellation.
+    const float rest = (u - cdf_[i]) * (0.5F * kIntervals);
+    const float root = std::sqrt(std::max(0.0F, d0 * d0 + 2.0F * (d1 - d0) * rest));
+    const float denominator = d0 + root;
+    const float t = denominator > 0.0F ? 2.0F * rest / denominator : 0.0F;
+    return nodePosition(static_cast<int>(i)) + std::min(t, 1.0F) * (2.0F / kIntervals);
 }
 
 FilterSample FilterSampler::sample(Float2 u) const {
@@ -117,7 +126,7 @@ FilterSample FilterSampler::sample(Float2 u) const {
         result.offset = {radius_ * (2.0F * u.x - 1.0F), radius_ * (2.0F * u.y - 1.0F)};
         return result;
     }
-    const Float2 p{sampleProfile(cdf_, density_, u.x), sampleProfile(cdf_, density_, u.y)};
+    const Float2 p{invert(u.x), invert(u.y)};
     result.offset = {radius_ * p.x, radius_ * p.y};
     const bool negative = (profile(filter_, p.x) < 0.0F) != (profile(filter_, p.y) < 0.0F);
     result.weight = negative ? -normalisation_ : normalisation_;

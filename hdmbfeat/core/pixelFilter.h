@@ -2,6 +2,7 @@
 // offset from the pixel centre is distributed as |filter|.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "core/settings.h"
@@ -27,7 +28,12 @@ public:
 private:
     PixelFilter filter_;
     float radius_;
+    /// Position in [-1, 1] at which the distribution function is u.
+    float invert(float u) const;
+
     std::vector<float> cdf_, density_;  ///< one-dimensional; the filters are separable
+    /// Where the search in cdf_ starts: the first entry above k / size, for each k.
+    std::vector<std::uint16_t> guide_;
     float normalisation_ = 1.0F;
 };
 

@@ -121,7 +121,7 @@ void Accel::placeInstances(AccelGeometry& record) const {
     record.inverseError.clear();
     for (const AffineD& toWorld : record.source->transforms) {
         record.toRender.push_back(renderTransform(toWorld, origin_));
-        record.instanceMirrored.push_back(toWorld.determinant() < 0.0);
+        record.instanceMirrored.push_back(toWorld.determinant() < 0.0 ? 1 : 0);
         constexpr double kRoundings = 6.0 * 0x1p-24;
         record.inverseError.push_back(
             static_cast<float>(kRoundings * linearNorm(toWorld) * linearNorm(toWorld.inverse())));

@@ -48,7 +48,7 @@ struct AccelGeometry {
     std::vector<AffineF> toRender;      ///< object to render space, one a transform
     std::vector<Float3> bakedPoints;    ///< render space; only when not instanced
     bool mirrored = false;              ///< the one transform of a plain prim mirrors
-    std::vector<bool> instanceMirrored; ///< per transform when instanced
+    std::vector<std::uint8_t> instanceMirrored; ///< per transform when instanced
     /// Per transform when instanced: relative error of taking a ray to object space and its hit
     /// back, a few roundings times the condition of the linear part.
     std::vector<float> inverseError;
@@ -64,7 +64,7 @@ struct AccelGeometry {
     EmbreeScene prototype;   ///< only when instanced
 
     bool isMirrored(std::uint32_t instance) const {
-        return instanced ? instanceMirrored[instance] : mirrored;
+        return instanced ? instanceMirrored[instance] != 0 : mirrored;
     }
 };
 
