@@ -223,7 +223,8 @@ def report(rows: list[dict[str, Any]]) -> str:
         return f"{m} ({low} .. {high})"
 
     lines = [
-        "| scene | AOVs | values | rays a path | thousand samples/s | s per million rays | cost, % |",
+        "| scene | AOVs | values | rays a path | thousand samples/s | s per million rays | cost, %"
+        " |",
         "|---|---|---|---|---|---|---|",
     ]
     for row in rows:
