@@ -6,7 +6,6 @@
 #include "delegate/guard.h"
 #include "delegate/materialNetwork.h"
 #include "delegate/renderParam.h"
-#include "pxr/imaging/hd/changeTracker.h"
 #include "pxr/imaging/hd/renderIndex.h"
 #include "pxr/imaging/hd/sceneDelegate.h"
 
@@ -58,9 +57,8 @@ void MaterialPrim::Sync(HdSceneDelegate* delegate, HdRenderParam* renderParam,
         }
         // Meshes keep only the primvars that something reads, so those synced before must fetch
         // what this material newly reads.
-        if (param.setMaterialPrimvars(path, primvars) && param.hasMeshes()) {
-            delegate->GetRenderIndex().GetChangeTracker().MarkAllRprimsDirty(
-                HdChangeTracker::DirtyPrimvar);
+        if (param.setMaterialPrimvars(path, primvars)) {
+            param.markStaleMeshes(delegate->GetRenderIndex().GetChangeTracker());
         }
     });
     *dirtyBits = Clean;

@@ -69,6 +69,7 @@ void MeshPrim::Sync(HdSceneDelegate* delegate, HdRenderParam* renderParam, HdDir
 }
 
 void MeshPrim::syncPrim(HdSceneDelegate* delegate, RenderParam& param, HdDirtyBits* dirtyBits) {
+    delegate_ = delegate;
     const SdfPath& id = GetId();
     _UpdateVisibility(delegate, dirtyBits);
     _UpdateInstancer(delegate, dirtyBits);
@@ -106,8 +107,9 @@ void MeshPrim::updateMesh(HdSceneDelegate* delegate, RenderParam& param) {
             "subdivision surfaces are rendered as their control meshes with smooth normals; the "
             "refinement level is not used.");
     }
-    const MeshSource source(*this, delegate, topology, subsetSlots_,
-                            param.primvarsFor(geometry_.materials), param.diagnostics());
+    fetchedPrimvars_ = param.primvarsFor(geometry_.materials);
+    const MeshSource source(*this, delegate, topology, subsetSlots_, fetchedPrimvars_,
+                            param.diagnostics());
     geometry_.mesh = buildMesh(source.raw(), param.diagnostics());
     if (geometry_.mesh->triangles.empty()) {
         param.countSkippedPrim();
@@ -158,6 +160,18 @@ void MeshPrim::updateFilter(RenderParam& param) {
     if (published_ && visible != geometry_.visible) {
         publish(param);
     }
+}
+
+bool MeshPrim::lacksPrimvars() const {
+    const std::set<std::string> wanted = param_.primvarsFor(geometry_.materials);
+    return published_ && !std::includes(fetchedPrimvars_.begin(), fetchedPrimvars_.end(),
+                                        wanted.begin(), wanted.end());
+}
+
+void MeshPrim::refetch() {
+    param_.acquireSceneForEdit();
+    updateMesh(delegate_, param_);
+    publish(param_);
 }
 
 void MeshPrim::Finalize(HdRenderParam* renderParam) {

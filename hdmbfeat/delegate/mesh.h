@@ -4,6 +4,7 @@
 #include "pxr/pxr.h"
 
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,11 @@ public:
     /// Shows or hides the mesh after the pass's filter changed.
     void updateFilter(RenderParam& param);
 
+    /// Whether a material or AOV reads a primvar that was not fetched, for nobody read it then.
+    bool lacksPrimvars() const;
+    /// Fetches the mesh again from where it was synced from.
+    void refetch();
+
 protected:
     HdDirtyBits _PropagateDirtyBits(HdDirtyBits bits) const override { return bits; }
     void _InitRepr(const TfToken& reprToken, HdDirtyBits* dirtyBits) override;
@@ -43,7 +49,9 @@ private:
     void publish(RenderParam& param);
 
     RenderParam& param_;
+    HdSceneDelegate* delegate_ = nullptr;  ///< of the last sync
     Geometry geometry_;
+    std::set<std::string> fetchedPrimvars_;
     std::vector<std::uint16_t> subsetSlots_;  ///< material slot of each subset of the topology
     bool published_ = false;
 };

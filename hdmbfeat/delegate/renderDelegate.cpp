@@ -190,7 +190,9 @@ void RenderDelegate::DestroyBprim(HdBprim* bprim) {
     const std::unique_ptr<HdBprim> owned(bprim);
 }
 
-void RenderDelegate::CommitResources(HdChangeTracker* /*tracker*/) {}
+void RenderDelegate::CommitResources(HdChangeTracker* /*tracker*/) {
+    guarded(param_->diagnostics(), "meshes", [&] { param_->refetchStaleMeshes(); });
+}
 
 TfToken RenderDelegate::GetMaterialBindingPurpose() const {
     static const TfToken full("full");

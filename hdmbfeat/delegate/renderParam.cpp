@@ -8,6 +8,7 @@
 #include "delegate/tokens.h"
 #include "film/host.h"
 #include "pxr/base/tf/diagnostic.h"
+#include "pxr/imaging/hd/changeTracker.h"
 
 namespace mbfeat {
 
@@ -119,9 +120,30 @@ std::set<std::string> RenderParam::primvarsFor(
     return names;
 }
 
-bool RenderParam::hasMeshes() const {
+std::vector<MeshPrim*> RenderParam::meshes() const {
     const std::lock_guard lock(mutex_);
-    return !meshes_.empty();
+    return {meshes_.begin(), meshes_.end()};
+}
+
+void RenderParam::markStaleMeshes(HdChangeTracker& tracker) {
+    meshesMayBeStale_ = true;
+    for (const MeshPrim* const mesh : meshes()) {
+        if (mesh->lacksPrimvars()) {
+            tracker.MarkRprimDirty(mesh->GetId(), HdChangeTracker::DirtyPrimvar);
+        }
+    }
+}
+
+void RenderParam::refetchStaleMeshes() {
+    if (!meshesMayBeStale_) {
+        return;
+    }
+    meshesMayBeStale_ = false;
+    for (MeshPrim* const mesh : meshes()) {
+        if (mesh->lacksPrimvars()) {
+            mesh->refetch();
+        }
+    }
 }
 
 void RenderParam::setRenderingColorSpace(const std::string& name) {
@@ -142,16 +164,14 @@ void RenderParam::unregisterMesh(MeshPrim* mesh) {
 }
 
 void RenderParam::applyFilter(const VisibilityFilter& filter) {
-    std::vector<MeshPrim*> meshes;
     {
         const std::lock_guard lock(mutex_);
         if (filter == filter_) {
             return;
         }
         filter_ = filter;
-        meshes.assign(meshes_.begin(), meshes_.end());
     }
-    for (MeshPrim* const mesh : meshes) {
+    for (MeshPrim* const mesh : meshes()) {
         mesh->updateFilter(*this);
     }
 }

@@ -17,6 +17,10 @@
 #include "pxr/imaging/hd/renderParam.h"
 #include "scene/scene.h"
 
+PXR_NAMESPACE_OPEN_SCOPE
+class HdChangeTracker;
+PXR_NAMESPACE_CLOSE_SCOPE
+
 namespace mbfeat {
 PXR_NAMESPACE_USING_DIRECTIVE
 
@@ -71,7 +75,11 @@ public:
     bool addAovPrimvars(const std::vector<std::string>& names);
     /// Primvars that a mesh with these materials must keep.
     std::set<std::string> primvarsFor(const std::vector<std::string>& materialPaths) const;
-    bool hasMeshes() const;
+    /// Something newly reads a primvar: has the meshes synced again that must keep it.
+    void markStaleMeshes(HdChangeTracker& tracker);
+    /// After a sync: meshes that it did not reach fetch their primvars now. Marks do not reach the
+    /// prims of scene indices, whose data can be read at any time; elsewhere there is nothing left.
+    void refetchStaleMeshes();
 
     /// Rendering colour space of textures, by its OpenColorIO name.
     void setRenderingColorSpace(const std::string& name);
@@ -101,6 +109,8 @@ public:
     int skippedPrims() const { return skippedPrims_; }
 
 private:
+    std::vector<MeshPrim*> meshes() const;
+
     Diagnostics diagnostics_;
     Scene scene_;
     Renderer renderer_;
@@ -112,6 +122,7 @@ private:
     std::map<std::string, std::set<std::string>> materialPrimvars_;
     std::set<std::string> aovPrimvars_;
     std::set<MeshPrim*> meshes_;
+    bool meshesMayBeStale_ = false;
     std::set<LightPrim*> lights_;
     std::vector<RenderSettingsPrim*> settingsPrims_;
     VisibilityFilter filter_;

@@ -253,7 +253,7 @@ void RenderPass::startJob(const HdRenderPassState& state, const std::vector<Targ
         }
     }
     if (param_.addAovPrimvars(primvars)) {
-        GetRenderIndex()->GetChangeTracker().MarkAllRprimsDirty(HdChangeTracker::DirtyPrimvar);
+        param_.markStaleMeshes(GetRenderIndex()->GetChangeTracker());
     }
     if (products != nullptr) {
         addProductViews(state, *products, job, result);

@@ -6,7 +6,6 @@
 #include "delegate/guard.h"
 #include "delegate/products.h"
 #include "delegate/renderParam.h"
-#include "pxr/imaging/hd/changeTracker.h"
 #include "pxr/imaging/hd/renderIndex.h"
 #include "pxr/imaging/hd/sceneDelegate.h"
 
@@ -26,10 +25,8 @@ void RenderSettingsPrim::_Sync(HdSceneDelegate* sceneDelegate, HdRenderParam* /*
     guarded(param_.diagnostics(), GetId().GetString(), [&] {
         ++version_;
         // Meshes sync after settings prims, so that they keep what the products show.
-        const bool isNew = param_.addAovPrimvars(primvarsOfProducts(GetRenderProducts()));
-        if (isNew && param_.hasMeshes()) {
-            sceneDelegate->GetRenderIndex().GetChangeTracker().MarkAllRprimsDirty(
-                HdChangeTracker::DirtyPrimvar);
+        if (param_.addAovPrimvars(primvarsOfProducts(GetRenderProducts()))) {
+            param_.markStaleMeshes(sceneDelegate->GetRenderIndex().GetChangeTracker());
         }
     });
 }
