@@ -64,4 +64,4 @@ Affine<T> concatenate(const Affine<T>& first, const Affine<T>& second) {
 using AffineF = Affine<float>;
 using AffineD = Affine<double>;
 
-}  // namespace mbfeat
+} // namespace mbfeat

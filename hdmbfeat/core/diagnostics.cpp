@@ -36,4 +36,4 @@ void Diagnostics::clear() {
     counts_[0] = counts_[1] = counts_[2] = 0;
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

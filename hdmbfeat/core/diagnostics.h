@@ -36,8 +36,8 @@ struct Error {
 template <class T>
 class Result {
 public:
-    Result(T value) : state_(std::move(value)) {}          // NOLINT(google-explicit-constructor)
-    Result(Error error) : state_(std::move(error)) {}      // NOLINT(google-explicit-constructor)
+    Result(T value) : state_(std::move(value)) {}     // NOLINT(google-explicit-constructor)
+    Result(Error error) : state_(std::move(error)) {} // NOLINT(google-explicit-constructor)
     explicit operator bool() const { return state_.index() == 0; }
     T& value() { return std::get<0>(state_); }
     const T& value() const { return std::get<0>(state_); }
@@ -82,4 +82,4 @@ private:
     int counts_[3] = {0, 0, 0};
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -24,4 +24,4 @@ struct Frame {
     Vec3<T> toWorld(const Vec3<T>& v) const { return s * v.x + t * v.y + n * v.z; }
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

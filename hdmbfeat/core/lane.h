@@ -59,12 +59,22 @@ template <class T>
 using Scalar = typename LaneTraits<T>::Scalar;
 
 /// a where m holds, else b. Both sides are evaluated: guard divisions and roots before.
-inline float select(bool m, float a, float b) { return m ? a : b; }
-inline double select(bool m, double a, double b) { return m ? a : b; }
+inline float select(bool m, float a, float b) {
+    return m ? a : b;
+}
+inline double select(bool m, double a, double b) {
+    return m ? a : b;
+}
 
-inline bool any(bool m) { return m; }
-inline bool all(bool m) { return m; }
-inline bool none(bool m) { return !m; }
+inline bool any(bool m) {
+    return m;
+}
+inline bool all(bool m) {
+    return m;
+}
+inline bool none(bool m) {
+    return !m;
+}
 
 template <class T>
 T clamp(T x, T lo, T hi) {
@@ -94,4 +104,4 @@ inline constexpr float kTwoPi = 6.28318530717958647693F;
 /// The largest float below 1: random numbers and barycentrics are clamped to it.
 inline constexpr float kOneMinusEpsilon = 0x1.fffffep-1F;
 
-}  // namespace mbfeat
+} // namespace mbfeat

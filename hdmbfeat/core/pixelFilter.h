@@ -11,8 +11,8 @@
 namespace mbfeat {
 
 struct FilterSample {
-    Float2 offset{0.0F, 0.0F};  ///< from the pixel centre, pixels
-    float weight = 1.0F;        ///< 1, or the sign times a constant where the filter is negative
+    Float2 offset{0.0F, 0.0F}; ///< from the pixel centre, pixels
+    float weight = 1.0F;       ///< 1, or the sign times a constant where the filter is negative
 };
 
 class FilterSampler {
@@ -31,10 +31,10 @@ private:
     /// Position in [-1, 1] at which the distribution function is u.
     float invert(float u) const;
 
-    std::vector<float> cdf_, density_;  ///< one-dimensional; the filters are separable
+    std::vector<float> cdf_, density_; ///< one-dimensional; the filters are separable
     /// Where the search in cdf_ starts: the first entry above k / size, for each k.
     std::vector<std::uint16_t> guide_;
     float normalisation_ = 1.0F;
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

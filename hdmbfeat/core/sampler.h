@@ -23,7 +23,7 @@ public:
 
 private:
     std::uint64_t key_;
-    std::uint32_t index_;  ///< sample index, bits reversed
+    std::uint32_t index_; ///< sample index, bits reversed
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

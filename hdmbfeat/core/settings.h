@@ -22,13 +22,13 @@ enum class SettingSource : std::uint8_t { kDefault, kHost, kPrim, kEnvironment, 
 const char* settingSourceName(SettingSource source);
 
 struct SettingDescriptor {
-    std::string name;   ///< "mbfeat:samplesPerPixel"
-    std::string label;  ///< "Samples per pixel", for menus
+    std::string name;  ///< "mbfeat:samplesPerPixel"
+    std::string label; ///< "Samples per pixel", for menus
     SettingValue defaultValue;
-    double minimum = 0.0, maximum = 0.0;  ///< inclusive, for numbers
-    std::vector<std::string> allowed;     ///< for tokens: the valid values; empty: free text
-    std::string doc;                      ///< one sentence, with the unit
-    bool isAsset = false;                 ///< a text that names a file
+    double minimum = 0.0, maximum = 0.0; ///< inclusive, for numbers
+    std::vector<std::string> allowed;    ///< for tokens: the valid values; empty: free text
+    std::string doc;                     ///< one sentence, with the unit
+    bool isAsset = false;                ///< a text that names a file
 };
 
 /// What a render is told, RenderOptions below.
@@ -52,7 +52,7 @@ public:
     /// Reads the MBFEAT_* variables of the table; one error for each bad or unknown one.
     std::vector<Error> readEnvironment();
 
-    const SettingValue& value(const std::string& name) const;  ///< name is in the table
+    const SettingValue& value(const std::string& name) const; ///< name is in the table
     SettingSource source(const std::string& name) const;
 
     struct Resolved {
@@ -76,21 +76,21 @@ enum class OnError : std::uint8_t { kWarn, kAbort };
 /// The resolved settings with C++ types, as the renderer wants them.
 struct RenderOptions {
     int samplesPerPixel = 64;
-    int maxBounces = 12;  ///< scattering events after the camera ray; 0 sees emission only
+    int maxBounces = 12; ///< scattering events after the camera ray; 0 sees emission only
     std::uint64_t seed = 0;
-    int threads = 0;  ///< 0: one a core
+    int threads = 0; ///< 0: one a core
     PixelFilter pixelFilter = PixelFilter::kBlackmanHarris;
-    float pixelFilterWidth = 3.0F;  ///< full width, pixels
-    int russianRouletteStart = 3;   ///< first vertex at which a path may be ended
-    float clampDirect = 0.0F;       ///< largest sample value, 0: no clamp (biased when on)
+    float pixelFilterWidth = 3.0F; ///< full width, pixels
+    int russianRouletteStart = 3;  ///< first vertex at which a path may be ended
+    float clampDirect = 0.0F;      ///< largest sample value, 0: no clamp (biased when on)
     float clampIndirect = 0.0F;
-    bool robust = true;   ///< Embree's watertight traversal
-    int tileSize = 16;    ///< pixels on a side
-    std::string viewAov;  ///< AOV shown as `color`; empty: the image itself
+    bool robust = true;  ///< Embree's watertight traversal
+    int tileSize = 16;   ///< pixels on a side
+    std::string viewAov; ///< AOV shown as `color`; empty: the image itself
     OnError onError = OnError::kWarn;
-    double pathSampleMemory = 4.0;  ///< GiB that per-path samples may take
+    double pathSampleMemory = 4.0; ///< GiB that per-path samples may take
 };
 
 RenderOptions resolveOptions(const Settings& settings);
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -21,7 +21,9 @@ struct Vec3 {
     explicit constexpr Vec3(T s) : x(s), y(s), z(s) {}
     template <class U>
     explicit constexpr Vec3(const Vec3<U>& v)
-        : x(static_cast<T>(v.x)), y(static_cast<T>(v.y)), z(static_cast<T>(v.z)) {}
+        : x(static_cast<T>(v.x)),
+          y(static_cast<T>(v.y)),
+          z(static_cast<T>(v.z)) {}
 
     // The axis is uniform over lanes, so plain indexing is well defined.
     const T& operator[](int axis) const { return axis == 0 ? x : axis == 1 ? y : z; }
@@ -167,6 +169,8 @@ using Rgb = Vec3<float>;
 inline bool isFinite(const Float3& a) {
     return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
 }
-inline bool isBlack(const Rgb& c) { return c.x == 0.0F && c.y == 0.0F && c.z == 0.0F; }
+inline bool isBlack(const Rgb& c) {
+    return c.x == 0.0F && c.y == 0.0F && c.z == 0.0F;
+}
 
-}  // namespace mbfeat
+} // namespace mbfeat

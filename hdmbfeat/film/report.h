@@ -12,8 +12,8 @@
 namespace mbfeat {
 
 struct RenderReport {
-    std::string version;  ///< of MBFeat
-    std::string stage;    ///< root layer, where the host told it; else empty
+    std::string version; ///< of MBFeat
+    std::string stage;   ///< root layer, where the host told it; else empty
     std::int64_t frame = 0;
     std::vector<Settings::Resolved> settings;
     EffectCensus census;
@@ -21,10 +21,10 @@ struct RenderReport {
     int samplesPerPixel = 0;
     /// Seconds by phase, in order: "commit", "sampling", "write", ...
     std::vector<std::pair<std::string, double>> seconds;
-    std::vector<std::string> written;  ///< files
-    std::vector<std::string> errors;   ///< e.g. products that could not be written
+    std::vector<std::string> written; ///< files
+    std::vector<std::string> errors;  ///< e.g. products that could not be written
     int warnings = 0;
-    bool interrupted = false;  ///< ended before all samples
+    bool interrupted = false; ///< ended before all samples
 
     double totalSeconds() const;
     /// The report as a JSON object.
@@ -33,4 +33,4 @@ struct RenderReport {
     std::vector<std::pair<std::string, std::string>> headerAttributes() const;
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

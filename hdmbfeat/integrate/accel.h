@@ -45,9 +45,9 @@ struct AccelGeometry {
     std::vector<MaterialBinding> bindings;
     std::vector<std::shared_ptr<const Material>> materials; ///< what the bindings point to
     bool instanced = false;
-    std::vector<AffineF> toRender;      ///< object to render space, one a transform
-    std::vector<Float3> bakedPoints;    ///< render space; only when not instanced
-    bool mirrored = false;              ///< the one transform of a plain prim mirrors
+    std::vector<AffineF> toRender;              ///< object to render space, one a transform
+    std::vector<Float3> bakedPoints;            ///< render space; only when not instanced
+    bool mirrored = false;                      ///< the one transform of a plain prim mirrors
     std::vector<std::uint8_t> instanceMirrored; ///< per transform when instanced
     /// Per transform when instanced: relative error of taking a ray to object space and its hit
     /// back, a few roundings times the condition of the linear part.

@@ -11,4 +11,4 @@ namespace mbfeat {
 /// Matching Functions", JCGT 2013.
 Rgb blackbodyColor(float kelvin);
 
-}  // namespace mbfeat
+} // namespace mbfeat

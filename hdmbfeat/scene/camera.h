@@ -19,21 +19,21 @@ struct PixelRect {
 struct Camera {
     AffineD toWorld;
     bool orthographic = false;
-    Float2 windowMin{-1.0F, -1.0F};  ///< left, bottom of the display window
-    Float2 windowMax{1.0F, 1.0F};    ///< right, top
-    float nearClip = 0.0F;           ///< distance along -z; nearer surfaces are not seen
+    Float2 windowMin{-1.0F, -1.0F}; ///< left, bottom of the display window
+    Float2 windowMax{1.0F, 1.0F};   ///< right, top
+    float nearClip = 0.0F;          ///< distance along -z; nearer surfaces are not seen
     float farClip = 1e30F;
-    float lensRadius = 0.0F;      ///< focal length / (2 fStop); 0 is a pinhole
-    float focusDistance = 0.0F;   ///< along -z; used when lensRadius > 0
-    float exposureScale = 1.0F;   ///< linear factor on radiance (HdCamera linear exposure scale)
+    float lensRadius = 0.0F;    ///< focal length / (2 fStop); 0 is a pinhole
+    float focusDistance = 0.0F; ///< along -z; used when lensRadius > 0
+    float exposureScale = 1.0F; ///< linear factor on radiance (HdCamera linear exposure scale)
 };
 
 /// What of a camera's image is rendered: display resolution, and the data window inside (or,
 /// with overscan, outside) it.
 struct ImageWindow {
-    int width = 0, height = 0;  ///< display window, pixels
-    PixelRect data;             ///< data window in display pixel coordinates
+    int width = 0, height = 0; ///< display window, pixels
+    PixelRect data;            ///< data window in display pixel coordinates
     float pixelAspectRatio = 1.0F;
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

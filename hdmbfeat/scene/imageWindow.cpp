@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kMostPixels = 268435456.0;
 
-}  // namespace
+} // namespace
 
 std::optional<PixelRect> dataWindowPixels(int width, int height, Float2 min, Float2 max) {
     // Pixel column i is in when left <= i + 0.5 < right.
@@ -21,7 +21,7 @@ std::optional<PixelRect> dataWindowPixels(int width, int height, Float2 min, Flo
     const double y1 = std::floor(h - static_cast<double>(min.y) * h - 0.5) + 1.0;
     const bool valid = x1 > x0 && y1 > y0 && (x1 - x0) * (y1 - y0) <= kMostPixels &&
                        std::abs(x0) <= kMostPixels && std::abs(y0) <= kMostPixels;
-    if (!valid) {  // comparisons with NaN are false
+    if (!valid) { // comparisons with NaN are false
         return std::nullopt;
     }
     PixelRect rect;
@@ -32,4 +32,4 @@ std::optional<PixelRect> dataWindowPixels(int width, int height, Float2 min, Flo
     return rect;
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -14,4 +14,4 @@ namespace mbfeat {
 /// Nothing when the window is empty, inverted or not finite, or has more than 2^28 pixels.
 std::optional<PixelRect> dataWindowPixels(int width, int height, Float2 min, Float2 max);
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -12,17 +12,17 @@ namespace mbfeat {
 
 /// How the values of an attribute map to a triangle mesh.
 enum class Interpolation : std::uint8_t {
-    kConstant,     ///< one value
-    kUniform,      ///< one value a source face (index Mesh::triangleFaces)
-    kVertex,       ///< one value a point (USD's varying too)
-    kFaceVarying,  ///< one value a triangle corner: 3 * triangle + corner
+    kConstant,    ///< one value
+    kUniform,     ///< one value a source face (index Mesh::triangleFaces)
+    kVertex,      ///< one value a point (USD's varying too)
+    kFaceVarying, ///< one value a triangle corner: 3 * triangle + corner
 };
 
 /// Surface attribute, up to four floats wide. The number of values has been checked against the
 /// mesh, so look-ups need no bounds check.
 struct Attribute {
     Interpolation interpolation = Interpolation::kConstant;
-    int width = 0;  ///< 1..4; 0 means the attribute is absent
+    int width = 0; ///< 1..4; 0 means the attribute is absent
     std::vector<float> values;
 
     explicit operator bool() const { return width > 0; }
@@ -41,14 +41,14 @@ struct Triangle {
 
 /// Immutable once handed to the Scene; shared by every instance.
 struct Mesh {
-    std::vector<Float3> points;       ///< object space, finite
-    std::vector<Triangle> triangles;  ///< indices < points.size()
+    std::vector<Float3> points;      ///< object space, finite
+    std::vector<Triangle> triangles; ///< indices < points.size()
     /// Source face of each triangle. Empty when every source face is a triangle in order.
     std::vector<std::uint32_t> triangleFaces;
     /// Slot in MeshInstance::materials of each triangle. Empty when there is one slot.
     std::vector<std::uint16_t> triangleMaterials;
-    Attribute normals;    ///< width 3, object space, not normalised; absent: faceted
-    std::vector<NamedAttribute> primvars;  ///< others by name ("st", "displayColor", ...)
+    Attribute normals; ///< width 3, object space, not normalised; absent: faceted
+    std::vector<NamedAttribute> primvars; ///< others by name ("st", "displayColor", ...)
     bool doubleSided = false;
 
     std::uint32_t faceOf(std::uint32_t triangle) const {
@@ -67,4 +67,4 @@ struct Mesh {
     }
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat
