@@ -85,8 +85,8 @@ def test_stage_without_camera_and_light_is_framed_and_lit(record: Callable[..., 
     rows, columns = np.nonzero(alpha > 0.5)
     height, width = alpha.shape
     # The whole teapot is in the image, and fills a good part of it.
-    assert 0 < rows.min() and rows.max() < height - 1
-    assert 0 < columns.min() and columns.max() < width - 1
+    assert rows.min() > 0 and rows.max() < height - 1
+    assert columns.min() > 0 and columns.max() < width - 1
     assert columns.max() - columns.min() > 0.4 * width
     assert (color[alpha == 0.0] == 0.0).all()
     # Green glaze, lit from the camera.
