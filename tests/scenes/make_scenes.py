@@ -23,7 +23,7 @@ HERE = Path(__file__).resolve().parent
 def write_textures(folder: Path) -> None:
     """checker.png (greys), panel.png (instrument markings), leaf.png (with alpha); 8-bit sRGB."""
     folder.mkdir(parents=True, exist_ok=True)
-    cells = np.indices((64, 64)).sum(axis=0) // 8 % 2
+    cells = (np.indices((64, 64)) // 8).sum(axis=0) % 2
     checker = np.where(cells[..., None] == 1, [200, 198, 190], [95, 100, 112]).astype(np.uint8)
     Image.fromarray(checker).save(folder / "checker.png", optimize=True)
 
