@@ -31,7 +31,9 @@ public:
         return true;
     }
 #else
-    bool IsSupported(bool /*gpuEnabled*/) const override { return true; }
+    bool IsSupported(bool /*gpuEnabled*/) const override {
+        return true;
+    }
 #endif
 
 private:

@@ -35,14 +35,14 @@ HdContainerDataSourceHandle settingsFilterArguments() {
     return HdUtils::ConvertVtDictionaryToContainerDS(arguments);
 }
 
-}  // namespace
+} // namespace
 
 class HdMBFeatImplicitSurfaceSceneIndexPlugin final : public HdSceneIndexPlugin {
 protected:
     using HdSceneIndexPlugin::_AppendSceneIndex;
-    HdSceneIndexBaseRefPtr _AppendSceneIndex(
-        const HdSceneIndexBaseRefPtr& inputScene,
-        const HdContainerDataSourceHandle& /*inputArgs*/) override {
+    HdSceneIndexBaseRefPtr
+    _AppendSceneIndex(const HdSceneIndexBaseRefPtr& inputScene,
+                      const HdContainerDataSourceHandle& /*inputArgs*/) override {
         return HdsiImplicitSurfaceSceneIndex::New(inputScene, implicitSurfaceArguments());
     }
 };
@@ -50,9 +50,9 @@ protected:
 class HdMBFeatRenderSettingsSceneIndexPlugin final : public HdSceneIndexPlugin {
 protected:
     using HdSceneIndexPlugin::_AppendSceneIndex;
-    HdSceneIndexBaseRefPtr _AppendSceneIndex(
-        const HdSceneIndexBaseRefPtr& inputScene,
-        const HdContainerDataSourceHandle& /*inputArgs*/) override {
+    HdSceneIndexBaseRefPtr
+    _AppendSceneIndex(const HdSceneIndexBaseRefPtr& inputScene,
+                      const HdContainerDataSourceHandle& /*inputArgs*/) override {
         return HdsiRenderSettingsFilteringSceneIndex::New(inputScene, settingsFilterArguments());
     }
 };
@@ -64,8 +64,8 @@ TF_REGISTRY_FUNCTION(TfType) {
 
 TF_REGISTRY_FUNCTION(HdSceneIndexPlugin) {
     HdSceneIndexPluginRegistry& registry = HdSceneIndexPluginRegistry::GetInstance();
-    for (const char* const type : {"HdMBFeatImplicitSurfaceSceneIndexPlugin",
-                                   "HdMBFeatRenderSettingsSceneIndexPlugin"}) {
+    for (const char* const type :
+         {"HdMBFeatImplicitSurfaceSceneIndexPlugin", "HdMBFeatRenderSettingsSceneIndexPlugin"}) {
         registry.RegisterSceneIndexForRenderer(kRendererDisplayName, TfToken(type), nullptr, 0,
                                                HdSceneIndexPluginRegistry::InsertionOrderAtStart);
     }

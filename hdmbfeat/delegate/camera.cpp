@@ -54,16 +54,15 @@ Lens usableLens(const HdCamera& prim, double imageAspect, Diagnostics& diagnosti
     return lens;
 }
 
-void setLens(const HdCamera& prim, const Lens& lens, const CameraRequest& request,
-             Camera& camera) {
+void setLens(const HdCamera& prim, const Lens& lens, const CameraRequest& request, Camera& camera) {
     // HdCamera's lengths are scene units already. On the plane z = -1 a filmback of the focal
     // length away shrinks by it; orthographic filmbacks are scene units themselves.
     const double scale = camera.orthographic ? 1.0 : 1.0 / lens.focalLength;
     const GfVec2d center(prim.GetHorizontalApertureOffset(), prim.GetVerticalApertureOffset());
     const GfVec2d half(0.5 * lens.horizontalAperture, 0.5 * lens.verticalAperture);
-    const GfRange2d window = CameraUtilConformedWindow(
-        GfRange2d((center - half) * scale, (center + half) * scale), request.conform,
-        request.imageAspect);
+    const GfRange2d window =
+        CameraUtilConformedWindow(GfRange2d((center - half) * scale, (center + half) * scale),
+                                  request.conform, request.imageAspect);
     camera.windowMin = {static_cast<float>(window.GetMin()[0]),
                         static_cast<float>(window.GetMin()[1])};
     camera.windowMax = {static_cast<float>(window.GetMax()[0]),
@@ -86,7 +85,7 @@ void setDepthOfField(const HdCamera& prim, const Lens& lens, Camera& camera,
     camera.focusDistance = prim.GetFocusDistance();
 }
 
-}  // namespace
+} // namespace
 
 Camera translateCamera(const HdCamera& prim, const CameraRequest& request,
                        Diagnostics& diagnostics) {
@@ -116,4 +115,4 @@ Camera translateCamera(const HdCamera& prim, const CameraRequest& request,
     return camera;
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -14,10 +14,10 @@ namespace mbfeat {
 PXR_NAMESPACE_USING_DIRECTIVE
 
 struct CameraRequest {
-    double imageAspect = 1.0;  ///< of the display window: width * pixel aspect / height
+    double imageAspect = 1.0; ///< of the display window: width * pixel aspect / height
     CameraUtilConformWindowPolicy conform = CameraUtilFit;
     bool depthOfField = true;
-    bool exposure = true;  ///< apply the camera's exposure
+    bool exposure = true; ///< apply the camera's exposure
 };
 
 /// The camera with its filmback fitted to the image. A camera that cannot see (no focal length or
@@ -25,4 +25,4 @@ struct CameraRequest {
 Camera translateCamera(const HdCamera& prim, const CameraRequest& request,
                        Diagnostics& diagnostics);
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -46,4 +46,4 @@ inline bool isFinite(const AffineD& a) {
     return isFinite(a.x) && isFinite(a.y) && isFinite(a.z) && isFinite(a.t);
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

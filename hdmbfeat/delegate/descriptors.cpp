@@ -38,14 +38,14 @@ VtValue clearValueOf(const AovDescriptor& aov) {
         return VtValue(static_cast<int>(v));
     }
     switch (aov.width()) {
-        case 1:
-            return VtValue(v);
-        case 2:
-            return VtValue(GfVec2f(v));
-        case 3:
-            return VtValue(GfVec3f(v));
-        default:
-            return VtValue(GfVec4f(v));
+    case 1:
+        return VtValue(v);
+    case 2:
+        return VtValue(GfVec2f(v));
+    case 3:
+        return VtValue(GfVec3f(v));
+    default:
+        return VtValue(GfVec4f(v));
     }
 }
 
@@ -66,7 +66,7 @@ double residentBytes() {
 double peakBytes() {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
-    return static_cast<double>(usage.ru_maxrss) * 1024.0;  // Linux counts kibibytes
+    return static_cast<double>(usage.ru_maxrss) * 1024.0; // Linux counts kibibytes
 }
 
 double secondsOf(const RenderReport& report, const char* phase) {
@@ -97,13 +97,13 @@ std::string annotation(const RenderProgress& progress, const std::string& stage)
     return text;
 }
 
-}  // namespace
+} // namespace
 
 HdRenderSettingDescriptorList settingDescriptors() {
     HdRenderSettingDescriptorList list;
     for (const SettingDescriptor& setting : settingTable()) {
-        const std::string label = setting.name == "mbfeat:viewAov" ? viewAovLabel(setting.label)
-                                                                   : setting.label;
+        const std::string label =
+            setting.name == "mbfeat:viewAov" ? viewAovLabel(setting.label) : setting.label;
         list.push_back({label, TfToken(setting.name), toVtValue(setting.defaultValue)});
     }
     return list;
@@ -156,4 +156,4 @@ bool writeSceneDump(RenderParam& param, const HdCommandArgs& args) {
     return true;
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

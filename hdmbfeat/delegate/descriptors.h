@@ -27,4 +27,4 @@ VtDictionary renderStatistics(const RenderParam& param);
 /// `file` names; false, with a message, if it cannot. A running render starts anew.
 bool writeSceneDump(RenderParam& param, const HdCommandArgs& args);
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -83,12 +83,12 @@ Pixels fitted(const Pixels& pixels, const ImageWindow& window, int width, int he
         const int sourceY = fit.y(y) - window.data.y;
         for (int x = 0; x < width; ++x) {
             const int sourceX = fit.x(x) - window.data.x;
-            const bool inside = sourceX >= 0 && sourceY >= 0 && sourceX < pixels.width &&
-                                sourceY < pixels.height;
+            const bool inside =
+                sourceX >= 0 && sourceY >= 0 && sourceX < pixels.width && sourceY < pixels.height;
             if (inside) {
-                const auto from = static_cast<std::size_t>(sourceY) *
-                                      static_cast<std::size_t>(pixels.width) +
-                                  static_cast<std::size_t>(sourceX);
+                const auto from =
+                    static_cast<std::size_t>(sourceY) * static_cast<std::size_t>(pixels.width) +
+                    static_cast<std::size_t>(sourceX);
                 const auto to = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
                                 static_cast<std::size_t>(x);
                 std::copy_n(&pixels.values[from * channels], channels,
@@ -99,7 +99,7 @@ Pixels fitted(const Pixels& pixels, const ImageWindow& window, int width, int he
     return result;
 }
 
-}  // namespace
+} // namespace
 
 void showFilm(const Film& film, int aovIndex, const FilmPlacement& placement, bool asColor,
               RenderBuffer& buffer) {
@@ -128,4 +128,4 @@ void showFilm(const Film& film, int aovIndex, const FilmPlacement& placement, bo
     }
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

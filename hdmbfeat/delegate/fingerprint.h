@@ -27,4 +27,4 @@ private:
     std::string bytes_;
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -22,4 +22,4 @@ void guarded(Diagnostics& diagnostics, const std::string& subject, Work&& work) 
     }
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -45,7 +45,7 @@ bool readQuaternionVectors(const VtValue& value, std::vector<GfQuatd>& out) {
     return true;
 }
 
-}  // namespace
+} // namespace
 
 InstancerPrim::InstancerPrim(HdSceneDelegate* delegate, const SdfPath& id)
     : HdInstancer(delegate, id) {}
@@ -151,4 +151,4 @@ void dropUnusable(Geometry& geometry, Diagnostics& diagnostics) {
                          "rendered. Author scales that are not zero.");
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -45,4 +45,4 @@ private:
 /// message.
 void dropUnusable(Geometry& geometry, Diagnostics& diagnostics);
 
-}  // namespace mbfeat
+} // namespace mbfeat

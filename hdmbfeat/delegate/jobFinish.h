@@ -16,7 +16,7 @@ struct JobResult {
     std::vector<FinishedFrame::Image> images;
     /// Problems found before rendering; they go into the report.
     std::vector<Error> errors;
-    std::vector<std::string> staleFiles;  ///< see ProductPlan
+    std::vector<std::string> staleFiles; ///< see ProductPlan
     OnError onError = OnError::kWarn;
 };
 
@@ -25,4 +25,4 @@ struct JobResult {
 /// not taken for it. An interrupted job writes nothing. Runs on the render thread.
 void finishJob(const JobResult& result, Diagnostics& diagnostics, RenderReport& report);
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -28,9 +28,7 @@ public:
     float number(const std::string& name, float fallback) const {
         return asFloat(get(name), fallback);
     }
-    bool flag(const std::string& name, bool fallback) const {
-        return asBool(get(name), fallback);
-    }
+    bool flag(const std::string& name, bool fallback) const { return asBool(get(name), fallback); }
     Rgb color(const std::string& name, const Rgb& fallback) const {
         return asFloat3(get(name)).value_or(fallback);
     }
@@ -71,8 +69,8 @@ void readShaping(const LightParameters& parameters, LightShaping& shaping) {
 void sanitize(Light& light, Diagnostics& diagnostics) {
     const auto repair = [&](float& value, float fallback, const char* name) {
         if (!std::isfinite(value) || value < 0.0F) {
-            diagnostics.warn(light.path, std::string(name) + " is " + std::to_string(value) +
-                                             "; " + std::to_string(fallback) +
+            diagnostics.warn(light.path, std::string(name) + " is " + std::to_string(value) + "; " +
+                                             std::to_string(fallback) +
                                              " is used. Author a finite value of at least 0.");
             value = fallback;
         }
@@ -91,14 +89,16 @@ void sanitize(Light& light, Diagnostics& diagnostics) {
 /// of its own that starts with an underscore.
 bool isHostLight(const SdfPath& id) {
     const std::string& path = id.GetString();
-    return id.GetName().rfind("light_", 0) == 0 &&
-           id.GetParentPath().GetName() == "lights" && path.rfind("/_", 0) == 0;
+    return id.GetName().rfind("light_", 0) == 0 && id.GetParentPath().GetName() == "lights" &&
+           path.rfind("/_", 0) == 0;
 }
 
-}  // namespace
+} // namespace
 
 LightPrim::LightPrim(const SdfPath& id, LightType type, RenderParam& param)
-    : HdLight(id), type_(type), param_(param) {
+    : HdLight(id),
+      type_(type),
+      param_(param) {
     param_.registerLight(this);
 }
 
@@ -171,8 +171,8 @@ void LightPrim::syncPrim(HdSceneDelegate* delegate, HdDirtyBits* dirtyBits) {
     readShape(parameters, light);
     readShaping(parameters, light.shaping);
     light.texture.path = parameters.text("texture:file");
-    light.hasTexture = !light.texture.path.empty() &&
-                       (type_ == LightType::kDome || type_ == LightType::kRect);
+    light.hasTexture =
+        !light.texture.path.empty() && (type_ == LightType::kDome || type_ == LightType::kRect);
     light.visibleToCamera = isVisibleToCamera();
     light.isCameraLight = isHostLight(GetId());
     sanitize(light, param_.diagnostics());
@@ -181,14 +181,14 @@ void LightPrim::syncPrim(HdSceneDelegate* delegate, HdDirtyBits* dirtyBits) {
     const VtValue offset = parameters.get("domeOffset");
     for (std::size_t i = 0; i < transforms.size(); ++i) {
         Light instance = light;
-        instance.toWorld = offset.IsHolding<GfMatrix4d>()
-                               ? concatenate(toAffine(offset.UncheckedGet<GfMatrix4d>()),
-                                             transforms[i])
-                               : transforms[i];
+        instance.toWorld =
+            offset.IsHolding<GfMatrix4d>()
+                ? concatenate(toAffine(offset.UncheckedGet<GfMatrix4d>()), transforms[i])
+                : transforms[i];
         if (!isFinite(instance.toWorld) || instance.toWorld.determinant() == 0.0) {
             param_.diagnostics().warn(light.path,
-                                     "its transform is singular or not finite; it gives no "
-                                     "light. Author scales that are not zero.");
+                                      "its transform is singular or not finite; it gives no "
+                                      "light. Author scales that are not zero.");
             continue;
         }
         if (!GetInstancerId().IsEmpty()) {
@@ -204,4 +204,4 @@ void LightPrim::Finalize(HdRenderParam* renderParam) {
     HdLight::Finalize(renderParam);
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -35,7 +35,7 @@ private:
 
     LightType type_;
     RenderParam& param_;
-    std::vector<Light> published_;  ///< as the scene has them: one, or one an instance
+    std::vector<Light> published_; ///< as the scene has them: one, or one an instance
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

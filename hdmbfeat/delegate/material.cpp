@@ -13,16 +13,12 @@ namespace mbfeat {
 
 namespace {
 
-std::set<std::string> primvarsOf(const Material& material) {
+std::set<std::string> primvarsOf(Material& material) {
     std::set<std::string> names;
     for (const TextureNode& texture : material.textures) {
         names.insert(texture.uvPrimvar);
     }
-    for (const MaterialInput* const input :
-         {&material.diffuseColor, &material.emissiveColor, &material.specularColor,
-          &material.metallic, &material.roughness, &material.clearcoat,
-          &material.clearcoatRoughness, &material.opacity, &material.opacityThreshold,
-          &material.ior, &material.normal, &material.occlusion}) {
+    for (const MaterialInput* const input : inputsOf(material)) {
         if (input->source == MaterialInput::Source::kPrimvar) {
             names.insert(input->primvar);
         }
@@ -31,7 +27,7 @@ std::set<std::string> primvarsOf(const Material& material) {
     return names;
 }
 
-}  // namespace
+} // namespace
 
 MaterialPrim::MaterialPrim(const SdfPath& id) : HdMaterial(id) {}
 MaterialPrim::~MaterialPrim() = default;
@@ -44,8 +40,7 @@ void MaterialPrim::Sync(HdSceneDelegate* delegate, HdRenderParam* renderParam,
         const VtValue resource = delegate->GetMaterialResource(GetId());
         HdMaterialNetwork2 network;
         if (resource.IsHolding<HdMaterialNetworkMap>()) {
-            network =
-                HdConvertToHdMaterialNetwork2(resource.UncheckedGet<HdMaterialNetworkMap>());
+            network = HdConvertToHdMaterialNetwork2(resource.UncheckedGet<HdMaterialNetworkMap>());
         }
         std::optional<Material> material = translateMaterial(path, network, param.diagnostics());
         const std::set<std::string> primvars =
@@ -71,4 +66,4 @@ void MaterialPrim::Finalize(HdRenderParam* renderParam) {
     HdMaterial::Finalize(renderParam);
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -19,4 +19,4 @@ public:
     void Finalize(HdRenderParam* renderParam) override;
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

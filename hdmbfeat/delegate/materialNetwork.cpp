@@ -8,7 +8,8 @@
 namespace mbfeat {
 
 NetworkNode::NetworkNode(const HdMaterialNetwork2& network, const SdfPath& path)
-    : network_(&network), path_(path) {
+    : network_(&network),
+      path_(path) {
     const auto found = network.nodes.find(path);
     node_ = found == network.nodes.end() ? nullptr : &found->second;
 }
@@ -77,6 +78,23 @@ void MaterialBuilder::setTexture(MaterialInput& input, const TextureNode& textur
     input.channel = channel;
 }
 
+std::vector<MaterialInput*> inputsOf(Material& m) {
+    return {
+        &m.diffuseColor, &m.emissiveColor,      &m.specularColor, &m.metallic,         &m.roughness,
+        &m.clearcoat,    &m.clearcoatRoughness, &m.opacity,       &m.opacityThreshold, &m.ior,
+        &m.normal,       &m.occlusion};
+}
+
+void MaterialBuilder::removeUnusedTextures() {
+    const std::vector<TextureNode> all = std::move(material_.textures);
+    material_.textures.clear();
+    for (MaterialInput* const input : inputsOf(material_)) {
+        if (input->source == MaterialInput::Source::kTexture) {
+            setTexture(*input, all[static_cast<std::size_t>(input->texture)], input->channel);
+        }
+    }
+}
+
 void setColorSpace(ImageKey& image, const std::string& name) {
     if (name.empty() || name == "auto") {
         image.colorSpace = SourceColorSpace::kAuto;
@@ -95,7 +113,7 @@ std::optional<Material> translateMaterial(const std::string& path,
                                           Diagnostics& diagnostics) {
     const auto terminal = network.terminals.find(tokens().surface);
     if (terminal == network.terminals.end()) {
-        return std::nullopt;  // a material of other renderers, or of lights
+        return std::nullopt; // a material of other renderers, or of lights
     }
     const NetworkNode surface(network, terminal->second.upstreamNode);
     MaterialBuilder builder(path, diagnostics);
@@ -113,4 +131,4 @@ std::optional<Material> translateMaterial(const std::string& path,
     return std::nullopt;
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -55,6 +55,8 @@ public:
 
     /// Makes the input read this texture, `channel` being the first one.
     void setTexture(MaterialInput& input, const TextureNode& texture, int channel);
+    /// Drops textures that no input reads, such as those of weights that were made constants.
+    void removeUnusedTextures();
     void warn(const std::string& text) { diagnostics_.warn(material_.path, text); }
     void inform(const std::string& text) {
         diagnostics_.report(Severity::kInfo, material_.path, text);
@@ -65,6 +67,9 @@ private:
     Diagnostics& diagnostics_;
 };
 
+/// The inputs of a material, for what is done to all of them.
+std::vector<MaterialInput*> inputsOf(Material& material);
+
 /// Colour space of a texture by the names that UsdUVTexture, assets and MaterialX use.
 void setColorSpace(ImageKey& image, const std::string& name);
 
@@ -72,4 +77,4 @@ void setColorSpace(ImageKey& image, const std::string& name);
 void translatePreviewSurface(const NetworkNode& surface, MaterialBuilder& builder);
 /// standard_surface, open_pbr_surface and gltf_pbr. False for another node.
 bool translateMaterialX(const NetworkNode& surface, MaterialBuilder& builder);
-}  // namespace mbfeat
+} // namespace mbfeat

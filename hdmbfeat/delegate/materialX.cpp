@@ -42,7 +42,8 @@ Wrap wrapOf(const VtValue& value) {
 class SurfaceReader {
 public:
     SurfaceReader(const NetworkNode& surface, MaterialBuilder& builder)
-        : surface_(surface), builder_(builder) {}
+        : surface_(surface),
+          builder_(builder) {}
 
     /// The input as a constant, texture or primvar; its default where nothing is authored.
     MaterialInput read(const char* name, const Float3& defaultValue) {
@@ -64,8 +65,8 @@ public:
     }
 
     void report(const std::string& model) {
-        std::string text = "the MaterialX surface " + model +
-                           " is shown by its nearest UsdPreviewSurface inputs";
+        std::string text =
+            "the MaterialX surface " + model + " is shown by its nearest UsdPreviewSurface inputs";
         if (!simplified_.empty()) {
             text += "; simplified:";
             for (const std::string& name : simplified_) {
@@ -123,13 +124,17 @@ private:
     }
 
     void readImage(const NetworkNode& node, MaterialInput& input) {
+        const Float3 fallback = asFloat3(node.parameter("default")).value_or(Float3(0.0F));
         TextureNode texture;
         texture.image.path = asText(node.parameter("file")).value_or("");
+        if (texture.image.path.empty()) { // MaterialX: an image without a file is its default
+            input.value = fallback;
+            return;
+        }
         // Values are raw unless a colour space is authored (MaterialX 1.38, "Color Spaces").
         setColorSpace(texture.image, asText(node.parameter("colorSpace:file")).value_or("raw"));
         texture.wrapS = wrapOf(node.parameter("uaddressmode"));
         texture.wrapT = wrapOf(node.parameter("vaddressmode"));
-        const Float3 fallback = asFloat3(node.parameter("default")).value_or(Float3(0.0F));
         texture.fallback = {fallback.x, fallback.y, fallback.z, 1.0F};
         texture.stScale = asFloat2(node.parameter("uvtiling")).value_or(texture.stScale);
         const NetworkNode coordinates = node.connected("texcoord");
@@ -150,8 +155,11 @@ private:
             return;
         }
         readImage(image, input);
-        TextureNode texture =
-            builder_.material().textures[static_cast<std::size_t>(input.texture)];
+        if (!isTextured(input)) {
+            input.value = Float3(0.0F, 0.0F, 1.0F);
+            return;
+        }
+        TextureNode texture = builder_.material().textures[static_cast<std::size_t>(input.texture)];
         texture.scale = {2.0F, 2.0F, 2.0F, 1.0F};
         texture.bias = {-1.0F, -1.0F, -1.0F, 0.0F};
         builder_.setTexture(input, texture, 0);
@@ -195,15 +203,16 @@ struct InputNames {
 };
 
 constexpr InputNames kStandardSurface = {
-    "base", "base_color", "metalness", "specular", "specular_roughness", "specular_IOR",
-    "transmission", "transmission_color", "subsurface", "subsurface_color", "coat",
-    "coat_roughness", "emission", "emission_color", "opacity", "normal"};
+    "base",         "base_color",     "metalness",          "specular",       "specular_roughness",
+    "specular_IOR", "transmission",   "transmission_color", "subsurface",     "subsurface_color",
+    "coat",         "coat_roughness", "emission",           "emission_color", "opacity",
+    "normal"};
 
 constexpr InputNames kOpenPbr = {
-    "base_weight", "base_color", "base_metalness", "specular_weight", "specular_roughness",
-    "specular_ior", "transmission_weight", "transmission_color", "subsurface_weight",
-    "subsurface_color", "coat_weight", "coat_roughness", "emission_luminance", "emission_color",
-    "geometry_opacity", "geometry_normal"};
+    "base_weight",        "base_color",       "base_metalness",      "specular_weight",
+    "specular_roughness", "specular_ior",     "transmission_weight", "transmission_color",
+    "subsurface_weight",  "subsurface_color", "coat_weight",         "coat_roughness",
+    "emission_luminance", "emission_color",   "geometry_opacity",    "geometry_normal"};
 
 /// Defaults that differ between the two models.
 struct ModelDefaults {
@@ -225,8 +234,8 @@ void setTransmission(SurfaceReader& reader, float transmission, const MaterialIn
     if (reader.isTextured(color) || reader.isTextured(m.diffuseColor)) {
         m.diffuseColor = color;
     } else {
-        m.diffuseColor.value = m.diffuseColor.value * (1.0F - transmission) +
-                               color.value * transmission;
+        m.diffuseColor.value =
+            m.diffuseColor.value * (1.0F - transmission) + color.value * transmission;
     }
 }
 
@@ -257,7 +266,13 @@ void translateUber(SurfaceReader& reader, const InputNames& names, const ModelDe
     m.clearcoat = reader.read(names.coat, Float3(0.0F));
     m.clearcoatRoughness = reader.read(names.coatRoughness, Float3(defaults.coatRoughness));
     m.emissiveColor = reader.read(names.emissionColor, Float3(1.0F));
-    scaleBy(m.emissiveColor, reader.number(names.emission, 0.0F), builder);
+    const MaterialInput emission = reader.read(names.emission, Float3(0.0F));
+    const bool followsColor = reader.isTextured(emission) && reader.isTextured(m.emissiveColor);
+    if (followsColor) {
+        reader.simplify(names.emission); // one image for both: the weight is taken as 1
+    } else {
+        scaleBy(m.emissiveColor, emission.value.x, builder);
+    }
     const MaterialInput opacity = reader.read(names.opacity, Float3(1.0F));
     if (reader.isTextured(opacity) || opacity.value.x < 1.0F) {
         setOpacity(opacity, m);
@@ -277,7 +292,7 @@ void translateGltf(SurfaceReader& reader, MaterialBuilder& builder) {
     m.emissiveColor = reader.read("emissive", Float3(0.0F));
     scaleBy(m.emissiveColor, reader.number("emissive_strength", 1.0F), builder);
     m.normal = reader.read("normal", m.normal.value);
-    const float mode = reader.number("alpha_mode", 0.0F);  // opaque, mask, blend
+    const float mode = reader.number("alpha_mode", 0.0F); // opaque, mask, blend
     if (mode > 0.0F) {
         setOpacity(reader.read("alpha", Float3(1.0F)), m);
         if (mode < 1.5F) {
@@ -287,7 +302,7 @@ void translateGltf(SurfaceReader& reader, MaterialBuilder& builder) {
     setTransmission(reader, reader.number("transmission", 0.0F), m.diffuseColor, m);
 }
 
-}  // namespace
+} // namespace
 
 bool translateMaterialX(const NetworkNode& surface, MaterialBuilder& builder) {
     SurfaceReader reader(surface, builder);
@@ -305,7 +320,8 @@ bool translateMaterialX(const NetworkNode& surface, MaterialBuilder& builder) {
         return false;
     }
     reader.report(model);
+    builder.removeUnusedTextures();
     return true;
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

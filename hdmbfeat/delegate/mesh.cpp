@@ -35,7 +35,7 @@ std::uint16_t slotOf(std::vector<std::string>& materials, const std::string& pat
     return static_cast<std::uint16_t>(found - materials.begin());
 }
 
-}  // namespace
+} // namespace
 
 MeshPrim::MeshPrim(const SdfPath& id, RenderParam& param) : HdMesh(id), param_(param) {
     geometry_.path = id.GetString();
@@ -63,8 +63,7 @@ void MeshPrim::_InitRepr(const TfToken& reprToken, HdDirtyBits* /*dirtyBits*/) {
 void MeshPrim::Sync(HdSceneDelegate* delegate, HdRenderParam* renderParam, HdDirtyBits* dirtyBits,
                     const TfToken& /*reprToken*/) {
     auto& param = *static_cast<RenderParam*>(renderParam);
-    guarded(param.diagnostics(), geometry_.path,
-            [&] { syncPrim(delegate, param, dirtyBits); });
+    guarded(param.diagnostics(), geometry_.path, [&] { syncPrim(delegate, param, dirtyBits); });
     *dirtyBits &= ~HdChangeTracker::AllSceneDirtyBits;
 }
 
@@ -121,8 +120,8 @@ void MeshPrim::updateTransforms(HdSceneDelegate* delegate, RenderParam& param) {
     geometry_.instanced = !GetInstancerId().IsEmpty();
     geometry_.instanceIds.clear();
     if (geometry_.instanced) {
-        const auto* const instancer = dynamic_cast<InstancerPrim*>(
-            delegate->GetRenderIndex().GetInstancer(GetInstancerId()));
+        const auto* const instancer =
+            dynamic_cast<InstancerPrim*>(delegate->GetRenderIndex().GetInstancer(GetInstancerId()));
         geometry_.transforms.clear();
         if (instancer != nullptr) {
             geometry_.transforms = instancer->computeTransforms(GetId());
@@ -148,7 +147,7 @@ bool MeshPrim::passesFilter(const VisibilityFilter& filter) const {
 void MeshPrim::publish(RenderParam& param) {
     geometry_.primId = GetPrimId();
     geometry_.visible = IsVisible() && passesFilter(param.filter());
-    if (geometry_.mesh == nullptr) {  // it could not be built: keep what was there
+    if (geometry_.mesh == nullptr) { // it could not be built: keep what was there
         return;
     }
     param.acquireSceneForEdit().setGeometry(geometry_);
@@ -183,4 +182,4 @@ void MeshPrim::Finalize(HdRenderParam* renderParam) {
     HdMesh::Finalize(renderParam);
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -49,11 +49,11 @@ private:
     void publish(RenderParam& param);
 
     RenderParam& param_;
-    HdSceneDelegate* delegate_ = nullptr;  ///< of the last sync
+    HdSceneDelegate* delegate_ = nullptr; ///< of the last sync
     Geometry geometry_;
     std::set<std::string> fetchedPrimvars_;
-    std::vector<std::uint16_t> subsetSlots_;  ///< material slot of each subset of the topology
+    std::vector<std::uint16_t> subsetSlots_; ///< material slot of each subset of the topology
     bool published_ = false;
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

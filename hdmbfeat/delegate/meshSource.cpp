@@ -9,24 +9,24 @@ namespace {
 
 RawInterpolation toRaw(HdInterpolation interpolation) {
     switch (interpolation) {
-        case HdInterpolationUniform:
-            return RawInterpolation::kUniform;
-        case HdInterpolationVarying:
-            return RawInterpolation::kVarying;
-        case HdInterpolationVertex:
-            return RawInterpolation::kVertex;
-        case HdInterpolationFaceVarying:
-            return RawInterpolation::kFaceVarying;
-        default:
-            return RawInterpolation::kConstant;
+    case HdInterpolationUniform:
+        return RawInterpolation::kUniform;
+    case HdInterpolationVarying:
+        return RawInterpolation::kVarying;
+    case HdInterpolationVertex:
+        return RawInterpolation::kVertex;
+    case HdInterpolationFaceVarying:
+        return RawInterpolation::kFaceVarying;
+    default:
+        return RawInterpolation::kConstant;
     }
 }
 
-constexpr HdInterpolation kInterpolations[] = {
-    HdInterpolationConstant, HdInterpolationUniform, HdInterpolationVarying,
-    HdInterpolationVertex, HdInterpolationFaceVarying};
+constexpr HdInterpolation kInterpolations[] = {HdInterpolationConstant, HdInterpolationUniform,
+                                               HdInterpolationVarying, HdInterpolationVertex,
+                                               HdInterpolationFaceVarying};
 
-}  // namespace
+} // namespace
 
 MeshSource::MeshSource(const HdMesh& prim, HdSceneDelegate* delegate,
                        const HdMeshTopology& topology, const std::vector<std::uint16_t>& slots,
@@ -41,8 +41,8 @@ MeshSource::MeshSource(const HdMesh& prim, HdSceneDelegate* delegate,
         raw_.normals = RawAttribute();
     }
     // A bilinear surface refines to its own flat faces.
-    raw_.smoothNormals = !flat && topology.GetScheme() != tokens().none &&
-                         topology.GetScheme() != tokens().bilinear;
+    raw_.smoothNormals =
+        !flat && topology.GetScheme() != tokens().none && topology.GetScheme() != tokens().bilinear;
 }
 
 ArrayView<int> MeshSource::keep(const VtIntArray& array) {
@@ -148,4 +148,4 @@ void MeshSource::addAttribute(const std::string& name, HdInterpolation interpola
     }
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -39,9 +39,9 @@ private:
     ArrayView<int> keep(const VtIntArray& array);
 
     RawMesh raw_;
-    std::deque<FloatArray> floats_;   // deques: views into their elements stay valid
+    std::deque<FloatArray> floats_; // deques: views into their elements stay valid
     std::deque<VtIntArray> integers_;
-    std::set<std::string> computed_;  // primvars that a computation gave, which win
+    std::set<std::string> computed_; // primvars that a computation gave, which win
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -18,14 +18,14 @@ int channelOf(const std::string& output) {
         return 0;
     }
     switch (output.back()) {
-        case 'g':
-            return 1;
-        case 'b':
-            return output.size() >= 3 && output[output.size() - 2] == 'g' ? 0 : 2;
-        case 'a':
-            return output.size() >= 4 && output[output.size() - 2] == 'b' ? 0 : 3;
-        default:
-            return 0;
+    case 'g':
+        return 1;
+    case 'b':
+        return output.size() >= 3 && output[output.size() - 2] == 'g' ? 0 : 2;
+    case 'a':
+        return output.size() >= 4 && output[output.size() - 2] == 'b' ? 0 : 3;
+    default:
+        return 0;
     }
 }
 
@@ -40,7 +40,7 @@ Wrap wrapOf(const VtValue& value) {
     if (name == "mirror") {
         return Wrap::kMirror;
     }
-    return Wrap::kBlack;  // also useMetadata: image files here carry no wrap modes
+    return Wrap::kBlack; // also useMetadata: image files here carry no wrap modes
 }
 
 /// The coordinates that reach a texture: a primvar, perhaps through a 2D transform.
@@ -116,8 +116,9 @@ void translateInput(const NetworkNode& node, const char* name, MaterialInput& in
             builder.warn(std::string("the texture of input ") + name + ", " +
                          source.path().GetString() + ", names no file; its fallback is used.");
             const Float4& f = texture.fallback;
-            input.value = output.size() > 1 ? Float3(f.x, f.y, f.z)
-                                            : Float3(channel == 3 ? f.w : Float3(f.x, f.y, f.z)[channel]);
+            input.value = output.size() > 1
+                              ? Float3(f.x, f.y, f.z)
+                              : Float3(channel == 3 ? f.w : Float3(f.x, f.y, f.z)[channel]);
             return;
         }
         builder.setTexture(input, texture, channel);
@@ -135,7 +136,7 @@ void translateInput(const NetworkNode& node, const char* name, MaterialInput& in
                  "UsdPrimvarReader.");
 }
 
-}  // namespace
+} // namespace
 
 void translatePreviewSurface(const NetworkNode& surface, MaterialBuilder& builder) {
     Material& m = builder.material();
@@ -164,4 +165,4 @@ void translatePreviewSurface(const NetworkNode& surface, MaterialBuilder& builde
     }
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

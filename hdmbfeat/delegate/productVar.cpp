@@ -40,7 +40,7 @@ PixelType pixelType(const HdRenderSettings::RenderProduct::RenderVar& var,
     return isHalf(format) ? PixelType::kHalf : PixelType::kFloat;
 }
 
-}  // namespace
+} // namespace
 
 std::string primvarOfAov(const std::string& aov) {
     return startsWith(aov, kPrimvarPrefix) ? aov.substr(std::string(kPrimvarPrefix).size()) : "";
@@ -74,18 +74,23 @@ Result<ProductLayer> translateVar(const HdRenderSettings::RenderProduct::RenderV
     return layer;
 }
 
-void readProductAttributes(const HdRenderSettings::RenderProduct& product, ProductSpec& spec) {
+void readProductAttributes(const HdRenderSettings::RenderProduct& product, ProductSpec& spec,
+                           Diagnostics& diagnostics) {
     spec.path = product.name.GetString();
     spec.primPath = product.productPath.GetString();
     spec.deep = product.type == tokens().deepRaster;
     spec.compression = spec.deep ? "zips" : "zip";
     for (const auto& [name, value] : flattened(product.namespacedSettings)) {
         const std::string text = describe(value);
-        if (name == "mbfeat:exr:compression" ||
-            name == std::string(kExrPrefix) + "compression") {
+        if (name == "mbfeat:exr:compression" || name == std::string(kExrPrefix) + "compression") {
             spec.compression = text;
         } else if (name == "mbfeat:exr:layout") {
             spec.multiPart = text == "multipart";
+            if (text != "multipart" && text != "multilayer") {
+                diagnostics.warn(spec.primPath,
+                                 "mbfeat:exr:layout is \"" + text +
+                                     "\"; multilayer is used. multilayer and multipart are valid.");
+            }
         } else if (startsWith(name, kExrPrefix)) {
             spec.attributes.emplace_back(name.substr(std::string(kExrPrefix).size()), text);
         } else if (name == "driver:parameters:artist" || name == "driver:parameters:comment" ||
@@ -96,4 +101,4 @@ void readProductAttributes(const HdRenderSettings::RenderProduct& product, Produ
     }
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -17,9 +17,10 @@ PXR_NAMESPACE_USING_DIRECTIVE
 Result<ProductLayer> translateVar(const HdRenderSettings::RenderProduct::RenderVar& var);
 
 /// Path, type, compression, layout and header attributes of a product.
-void readProductAttributes(const HdRenderSettings::RenderProduct& product, ProductSpec& spec);
+void readProductAttributes(const HdRenderSettings::RenderProduct& product, ProductSpec& spec,
+                           Diagnostics& diagnostics);
 
 /// "st" for "primvars:st", empty for other AOVs.
 std::string primvarOfAov(const std::string& aov);
 
-}  // namespace mbfeat
+} // namespace mbfeat

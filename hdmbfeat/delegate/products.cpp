@@ -46,16 +46,15 @@ float pixelAspect(const Product& product, const HdCamera& camera) {
     return aspect > 0.0F && aspect < 1e6F ? aspect : 1.0F;
 }
 
-ImageWindow imageWindow(const Product& product, const HdCamera& camera,
-                        Diagnostics& diagnostics) {
+ImageWindow imageWindow(const Product& product, const HdCamera& camera, Diagnostics& diagnostics) {
     ImageWindow window;
     window.width = product.resolution[0];
     window.height = product.resolution[1];
     window.pixelAspectRatio = pixelAspect(product, camera);
     const GfVec2f min = product.dataWindowNDC.GetMin();
     const GfVec2f max = product.dataWindowNDC.GetMax();
-    if (const std::optional<PixelRect> data = dataWindowPixels(
-            window.width, window.height, {min[0], min[1]}, {max[0], max[1]})) {
+    if (const std::optional<PixelRect> data =
+            dataWindowPixels(window.width, window.height, {min[0], min[1]}, {max[0], max[1]})) {
         window.data = *data;
     } else {
         window.data = {0, 0, window.width, window.height};
@@ -74,8 +73,7 @@ std::string viewKey(const Product& product) {
     for (const double number :
          {double(product.resolution[0]), double(product.resolution[1]),
           double(product.pixelAspectRatio), double(ndc.GetMin()[0]), double(ndc.GetMin()[1]),
-          double(ndc.GetMax()[0]), double(ndc.GetMax()[1]),
-          double(product.disableDepthOfField)}) {
+          double(ndc.GetMax()[0]), double(ndc.GetMax()[1]), double(product.disableDepthOfField)}) {
         key += "|" + std::to_string(number);
     }
     return key + "|" + product.aspectRatioConformPolicy.GetString();
@@ -102,7 +100,10 @@ class Planner {
 public:
     Planner(HdRenderIndex& index, const RenderOptions& options, bool exposure,
             Diagnostics& diagnostics)
-        : index_(index), options_(options), exposure_(exposure), diagnostics_(diagnostics) {}
+        : index_(index),
+          options_(options),
+          exposure_(exposure),
+          diagnostics_(diagnostics) {}
 
     ProductPlan plan(const HdRenderSettings::RenderProducts& products) {
         for (const Product& product : products) {
@@ -143,7 +144,7 @@ private:
             return false;
         }
         ProductSpec spec;
-        readProductAttributes(product, spec);
+        readProductAttributes(product, spec, diagnostics_);
         if (!readVars(product, spec)) {
             return false;
         }
@@ -197,15 +198,15 @@ private:
     }
 
     bool makeView(const Product& product) {
-        const auto* const camera = dynamic_cast<const HdCamera*>(
-            index_.GetSprim(tokens().camera, product.cameraPath));
+        const auto* const camera =
+            dynamic_cast<const HdCamera*>(index_.GetSprim(tokens().camera, product.cameraPath));
         if (product.cameraPath.IsEmpty() || camera == nullptr) {
-            fail(product, (product.cameraPath.IsEmpty()
-                               ? std::string("it names no camera")
-                               : "its camera " + product.cameraPath.GetString() +
-                                     " does not exist") +
-                              "; it is not written. Point the camera relationship of the "
-                              "product or of the render settings at a camera.");
+            fail(product,
+                 (product.cameraPath.IsEmpty()
+                      ? std::string("it names no camera")
+                      : "its camera " + product.cameraPath.GetString() + " does not exist") +
+                     "; it is not written. Point the camera relationship of the "
+                     "product or of the render settings at a camera.");
             return false;
         }
         ProductView view;
@@ -244,7 +245,7 @@ private:
     std::map<std::string, std::size_t> viewOfKey_;
 };
 
-}  // namespace
+} // namespace
 
 ProductPlan planProducts(const HdRenderSettings::RenderProducts& products, HdRenderIndex& index,
                          const RenderOptions& options, bool exposure, Diagnostics& diagnostics) {
@@ -264,4 +265,4 @@ std::vector<std::string> primvarsOfProducts(const HdRenderSettings::RenderProduc
     return names;
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -46,4 +46,4 @@ std::vector<std::string> primvarsOfProducts(const HdRenderSettings::RenderProduc
 /// The AOV that a var shows.
 std::string aovOfVar(const HdRenderSettings::RenderProduct::RenderVar& var);
 
-}  // namespace mbfeat
+} // namespace mbfeat

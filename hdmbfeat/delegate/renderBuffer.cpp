@@ -17,32 +17,32 @@ void store(std::uint8_t* out, T value) {
 }
 
 float clamped(float value, float low, float high) {
-    return value >= low ? std::min(value, high) : low;  // NaN becomes low
+    return value >= low ? std::min(value, high) : low; // NaN becomes low
 }
 
 void encode(HdFormat component, float value, std::uint8_t* out) {
     switch (component) {
-        case HdFormatUNorm8:
-            store(out, static_cast<std::uint8_t>(std::lround(clamped(value, 0, 1) * 255.0F)));
-            break;
-        case HdFormatSNorm8:
-            store(out, static_cast<std::int8_t>(std::lround(clamped(value, -1, 1) * 127.0F)));
-            break;
-        case HdFormatFloat16:
-            store(out, GfHalf(value));
-            break;
-        case HdFormatInt16:
-            store(out, static_cast<std::int16_t>(clamped(value, -32768, 32767)));
-            break;
-        case HdFormatUInt16:
-            store(out, static_cast<std::uint16_t>(clamped(value, 0, 65535)));
-            break;
-        case HdFormatInt32:
-            store(out, static_cast<std::int32_t>(clamped(value, -2147483648.0F, 2147483520.0F)));
-            break;
-        default:
-            store(out, value);
-            break;
+    case HdFormatUNorm8:
+        store(out, static_cast<std::uint8_t>(std::lround(clamped(value, 0, 1) * 255.0F)));
+        break;
+    case HdFormatSNorm8:
+        store(out, static_cast<std::int8_t>(std::lround(clamped(value, -1, 1) * 127.0F)));
+        break;
+    case HdFormatFloat16:
+        store(out, GfHalf(value));
+        break;
+    case HdFormatInt16:
+        store(out, static_cast<std::int16_t>(clamped(value, -32768, 32767)));
+        break;
+    case HdFormatUInt16:
+        store(out, static_cast<std::uint16_t>(clamped(value, 0, 65535)));
+        break;
+    case HdFormatInt32:
+        store(out, static_cast<std::int32_t>(clamped(value, -2147483648.0F, 2147483520.0F)));
+        break;
+    default:
+        store(out, value);
+        break;
     }
 }
 
@@ -52,11 +52,12 @@ struct FloatSource {
     int channels;
     void put(std::size_t pixel, int c, HdFormat component, std::uint8_t* out) const {
         const float missing = c == 3 ? 1.0F : 0.0F;
-        encode(component,
-               c < channels ? pixels[pixel * static_cast<std::size_t>(channels) +
-                                     static_cast<std::size_t>(c)]
-                            : missing,
-               out);
+        encode(
+            component,
+            c < channels
+                ? pixels[pixel * static_cast<std::size_t>(channels) + static_cast<std::size_t>(c)]
+                : missing,
+            out);
     }
 };
 
@@ -71,7 +72,7 @@ struct IntegerSource {
     }
 };
 
-}  // namespace
+} // namespace
 
 RenderBuffer::RenderBuffer(const SdfPath& id) : HdRenderBuffer(id) {}
 RenderBuffer::~RenderBuffer() = default;
@@ -128,9 +129,8 @@ void RenderBuffer::writeRows(const Source& source, int x, int y, int width, int 
     const int y1 = std::min(y + height, static_cast<int>(height_));
     for (int row = y0; row < y1; ++row) {
         const std::size_t bufferRow = height_ - 1 - static_cast<unsigned int>(row);
-        std::uint8_t* out =
-            data_.data() + (bufferRow * width_ + static_cast<std::size_t>(x0)) *
-                               static_cast<std::size_t>(count) * componentBytes;
+        std::uint8_t* out = data_.data() + (bufferRow * width_ + static_cast<std::size_t>(x0)) *
+                                               static_cast<std::size_t>(count) * componentBytes;
         std::size_t pixel = static_cast<std::size_t>(row - y) * static_cast<std::size_t>(width) +
                             static_cast<std::size_t>(x0 - x);
         for (int column = x0; column < x1; ++column, ++pixel) {
@@ -159,4 +159,4 @@ void RenderBuffer::fill(const float (&value)[4]) {
     }
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

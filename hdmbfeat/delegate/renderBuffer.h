@@ -62,4 +62,4 @@ private:
     std::uint64_t stamp_ = 0;
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -42,7 +42,7 @@ std::optional<LightType> lightTypeOf(const TfToken& typeId) {
     return std::nullopt;
 }
 
-}  // namespace
+} // namespace
 
 RenderDelegate::RenderDelegate(const HdRenderSettingsMap& settings)
     : HdRenderDelegate(settings),
@@ -121,7 +121,7 @@ bool RenderDelegate::Stop(bool /*blocking*/) {
 bool RenderDelegate::Restart() {
     param_->setStopped(false);
     param_->renderer().resume();
-    param_->acquireSceneForEdit();  // as if something had changed: the next pass starts anew
+    param_->acquireSceneForEdit(); // as if something had changed: the next pass starts anew
     return true;
 }
 
@@ -200,8 +200,9 @@ TfToken RenderDelegate::GetMaterialBindingPurpose() const {
 }
 
 TfTokenVector RenderDelegate::GetMaterialRenderContexts() const {
-    // UsdPreviewSurface is rendered as it is and MaterialX approximately, so that comes second.
-    return {tokens().universal, tokens().mtlx};
+    // MaterialX first: OpenUSD stops at the first context that has an output, connected or not,
+    // and materials from .mtlx files have an unconnected universal one.
+    return {tokens().mtlx, tokens().universal};
 }
 
 TfTokenVector RenderDelegate::GetRenderSettingsNamespaces() const {
@@ -238,4 +239,4 @@ bool RenderDelegate::InvokeCommand(const TfToken& command, const HdCommandArgs& 
     return false;
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -67,4 +67,4 @@ private:
     HdResourceRegistrySharedPtr registry_;
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -42,7 +42,7 @@ bool isBelowAny(const std::string& path, const std::vector<std::string>& roots) 
                        [&](const std::string& root) { return isBelow(path, root); });
 }
 
-}  // namespace
+} // namespace
 
 bool VisibilityFilter::accepts(const std::string& path, const std::string& renderTag) const {
     const bool tagged = renderTags.empty() || renderTags.count(renderTag) != 0;
@@ -50,8 +50,7 @@ bool VisibilityFilter::accepts(const std::string& path, const std::string& rende
     return tagged && rooted && !isBelowAny(path, excludePaths);
 }
 
-RenderParam::RenderParam()
-    : scene_(diagnostics_), renderer_(scene_), settings_(diagnostics_) {
+RenderParam::RenderParam() : scene_(diagnostics_), renderer_(scene_), settings_(diagnostics_) {
     diagnostics_.setHandler(emitDiagnostic);
 }
 
@@ -104,8 +103,8 @@ bool RenderParam::addAovPrimvars(const std::vector<std::string>& names) {
     return aovPrimvars_.size() != before;
 }
 
-std::set<std::string> RenderParam::primvarsFor(
-    const std::vector<std::string>& materialPaths) const {
+std::set<std::string>
+RenderParam::primvarsFor(const std::vector<std::string>& materialPaths) const {
     const std::lock_guard lock(mutex_);
     std::set<std::string> names = aovPrimvars_;
     // What the default material shows, and materials that turn out unusable fall back to.
@@ -220,4 +219,4 @@ const RenderSettingsPrim* RenderParam::activeSettingsPrim() const {
     return found == settingsPrims_.end() ? nullptr : *found;
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

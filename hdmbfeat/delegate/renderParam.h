@@ -30,9 +30,9 @@ class RenderSettingsPrim;
 
 /// Which prims a render pass wants to see.
 struct VisibilityFilter {
-    std::set<std::string> renderTags;       ///< empty: all
-    std::vector<std::string> rootPaths;     ///< prims below any of these; empty: all
-    std::vector<std::string> excludePaths;  ///< except those below any of these
+    std::set<std::string> renderTags;      ///< empty: all
+    std::vector<std::string> rootPaths;    ///< prims below any of these; empty: all
+    std::vector<std::string> excludePaths; ///< except those below any of these
 
     bool operator==(const VisibilityFilter& o) const {
         return renderTags == o.renderTags && rootPaths == o.rootPaths &&
@@ -42,9 +42,9 @@ struct VisibilityFilter {
     bool accepts(const std::string& path, const std::string& renderTag) const;
 };
 
-/// One a delegate, given to every Sync. Threads: Hydra syncs meshes in parallel, so the members that
-/// they use (acquireSceneForEdit, diagnostics, primvar names, the registries) take any thread; the
-/// others belong to the application's thread.
+/// One a delegate, given to every Sync. Threads: Hydra syncs meshes in parallel, so the members
+/// that they use (acquireSceneForEdit, diagnostics, primvar names, the registries) take any thread;
+/// the others belong to the application's thread.
 class RenderParam final : public HdRenderParam {
 public:
     RenderParam();
@@ -131,4 +131,4 @@ private:
     std::atomic<int> skippedPrims_{0};
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "delegate/guard.h"
-#include "delegate/products.h"
 #include "delegate/productVar.h"
+#include "delegate/products.h"
 #include "delegate/renderBuffer.h"
 #include "delegate/renderParam.h"
 #include "delegate/renderSettings.h"
@@ -20,10 +20,9 @@ namespace mbfeat {
 namespace {
 
 RenderBuffer* bufferOf(const HdRenderPassAovBinding& binding, HdRenderIndex& index) {
-    HdBprim* const prim =
-        binding.renderBuffer != nullptr
-            ? binding.renderBuffer
-            : index.GetBprim(tokens().renderBuffer, binding.renderBufferId);
+    HdBprim* const prim = binding.renderBuffer != nullptr
+                              ? binding.renderBuffer
+                              : index.GetBprim(tokens().renderBuffer, binding.renderBufferId);
     return dynamic_cast<RenderBuffer*>(prim);
 }
 
@@ -34,11 +33,12 @@ void fillWithClearValue(RenderBuffer& buffer, const std::string& aovName) {
     buffer.fill(value);
 }
 
-}  // namespace
+} // namespace
 
 RenderPass::RenderPass(HdRenderIndex* index, const HdRprimCollection& collection,
                        RenderParam& param)
-    : HdRenderPass(index, collection), param_(param) {}
+    : HdRenderPass(index, collection),
+      param_(param) {}
 
 RenderPass::~RenderPass() {
     if (hasJob_) {
@@ -50,8 +50,7 @@ void RenderPass::_Execute(const HdRenderPassStateSharedPtr& renderPassState,
                           const TfTokenVector& renderTags) {
     // Whatever goes wrong, the host must not wait for ever.
     converged_ = true;
-    guarded(param_.diagnostics(), "render pass",
-            [&] { execute(*renderPassState, renderTags); });
+    guarded(param_.diagnostics(), "render pass", [&] { execute(*renderPassState, renderTags); });
 }
 
 void RenderPass::execute(const HdRenderPassState& state, const TfTokenVector& renderTags) {
@@ -108,8 +107,8 @@ const RenderSettingsPrim* RenderPass::refreshSettings() {
     const RenderSettingsPrim* prim = nullptr;
     SdfPath path;
     if (HdUtils::HasActiveRenderSettingsPrim(index.GetTerminalSceneIndex(), &path)) {
-        prim = dynamic_cast<const RenderSettingsPrim*>(
-            index.GetBprim(tokens().renderSettings, path));
+        prim =
+            dynamic_cast<const RenderSettingsPrim*>(index.GetBprim(tokens().renderSettings, path));
     }
     if (prim == nullptr) {
         prim = param_.activeSettingsPrim();
@@ -181,9 +180,8 @@ std::shared_ptr<Film> RenderPass::makeFilm(const FilmRequest& request) {
     return std::make_shared<Film>(request);
 }
 
-void RenderPass::addViewportView(const HdRenderPassState& state,
-                                 const std::vector<Target>& targets, RenderJob& job,
-                                 JobResult& result) {
+void RenderPass::addViewportView(const HdRenderPassState& state, const std::vector<Target>& targets,
+                                 RenderJob& job, JobResult& result) {
     const Viewport viewport = resolveViewport(state, true, param_.diagnostics());
     FilmRequest request;
     request.window = viewport.window;
@@ -207,12 +205,10 @@ void RenderPass::addViewportView(const HdRenderPassState& state,
     result.images.push_back({film_, viewport.cameraPath, {}});
 }
 
-void RenderPass::addProductViews(const HdRenderPassState& state,
-                                 const RenderSettingsPrim& products, RenderJob& job,
-                                 JobResult& result) {
-    ProductPlan plan =
-        planProducts(products.GetRenderProducts(), *GetRenderIndex(), job.options,
-                     state.GetEnableExposureCompensation(), param_.diagnostics());
+void RenderPass::addProductViews(const HdRenderPassState& state, const RenderSettingsPrim& products,
+                                 RenderJob& job, JobResult& result) {
+    ProductPlan plan = planProducts(products.GetRenderProducts(), *GetRenderIndex(), job.options,
+                                    state.GetEnableExposureCompensation(), param_.diagnostics());
     for (const Error& error : plan.errors) {
         param_.diagnostics().error(error.subject, error.text);
     }
@@ -301,4 +297,4 @@ void RenderPass::giveUp(const HdRenderPassState& state, const std::string& why) 
     }
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

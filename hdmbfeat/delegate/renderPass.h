@@ -44,8 +44,8 @@ private:
     struct Target {
         std::string aov;
         RenderBuffer* buffer = nullptr;
-        bool asColor = false;  ///< shown in place of `color`
-        int filmIndex = -1;    ///< into Film::aovs(); -1: the film does not have it
+        bool asColor = false; ///< shown in place of `color`
+        int filmIndex = -1;   ///< into Film::aovs(); -1: the film does not have it
     };
 
     void execute(const HdRenderPassState& state, const TfTokenVector& renderTags);
@@ -66,13 +66,13 @@ private:
     std::int64_t currentFrame() const;
 
     RenderParam& param_;
-    Fingerprint started_;           ///< of the running or last job
+    Fingerprint started_; ///< of the running or last job
     bool hasJob_ = false;
-    bool shown_ = false;            ///< the finished job's films are in buffers
+    bool shown_ = false; ///< the finished job's films are in buffers
     std::uint64_t jobNumber_ = 0;
-    std::shared_ptr<Film> film_;    ///< what the viewport shows
+    std::shared_ptr<Film> film_; ///< what the viewport shows
     FilmPlacement placement_;
     bool converged_ = false;
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

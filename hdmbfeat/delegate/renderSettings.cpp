@@ -12,7 +12,8 @@
 namespace mbfeat {
 
 RenderSettingsPrim::RenderSettingsPrim(const SdfPath& id, RenderParam& param)
-    : HdRenderSettings(id), param_(param) {
+    : HdRenderSettings(id),
+      param_(param) {
     param_.registerSettingsPrim(this);
 }
 
@@ -31,4 +32,4 @@ void RenderSettingsPrim::_Sync(HdSceneDelegate* sceneDelegate, HdRenderParam* /*
     });
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

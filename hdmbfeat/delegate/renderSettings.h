@@ -28,4 +28,4 @@ private:
     unsigned int version_ = 0;
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -18,7 +18,7 @@ bool startsWith(const std::string& text, const char* prefix) {
     return text.rfind(prefix, 0) == 0;
 }
 
-}  // namespace
+} // namespace
 
 SettingsStack::SettingsStack(Diagnostics& diagnostics) : diagnostics_(diagnostics) {
     for (const Error& error : settings_.readEnvironment()) {
@@ -78,7 +78,7 @@ void SettingsStack::setFromPrim(const std::string& primPath, const VtDictionary&
     for (const auto& [name, value] : found) {
         const std::optional<SettingValue> setting = asSetting(value);
         if (startsWith(name, kDenoisePrefix)) {
-            continue;  // settings of the denoise pass, which reads them itself
+            continue; // settings of the denoise pass, which reads them itself
         }
         if (setting) {
             set(SettingSource::kPrim, primPath, name, *setting);
@@ -113,4 +113,4 @@ void SettingsStack::refreshOverrides() {
     ++version_;
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

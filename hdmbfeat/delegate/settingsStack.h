@@ -56,4 +56,4 @@ private:
     std::uint64_t version_ = 0;
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

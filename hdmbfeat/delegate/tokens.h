@@ -58,4 +58,4 @@ inline const Tokens& tokens() {
     return instance;
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

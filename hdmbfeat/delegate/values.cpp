@@ -62,7 +62,7 @@ int readComponents(const VtValue& value, double (&c)[4]) {
     return 0;
 }
 
-}  // namespace
+} // namespace
 
 std::optional<double> asNumber(const VtValue& value) {
     double number = 0.0;
@@ -89,14 +89,13 @@ bool asBool(const VtValue& value, bool fallback) {
 std::optional<Float3> asFloat3(const VtValue& value) {
     double c[4] = {};
     switch (readComponents(value, c)) {
-        case 1:
-            return Float3(static_cast<float>(c[0]));
-        case 3:
-        case 4:
-            return Float3(static_cast<float>(c[0]), static_cast<float>(c[1]),
-                          static_cast<float>(c[2]));
-        default:
-            return std::nullopt;
+    case 1:
+        return Float3(static_cast<float>(c[0]));
+    case 3:
+    case 4:
+        return Float3(static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2]));
+    default:
+        return std::nullopt;
     }
 }
 
@@ -230,14 +229,13 @@ bool FloatArray::convert(const VtValue& value, int width) {
 }
 
 FloatArray::FloatArray(const VtValue& value) {
-    const bool known =
-        take<GfVec3f>(value, 3) || take<GfVec2f>(value, 2) || take<float>(value, 1) ||
-        take<GfVec4f>(value, 4) || convert<GfVec3d, double>(value, 3) ||
-        convert<GfVec2d, double>(value, 2) || convert<double, double>(value, 1) ||
-        convert<GfVec4d, double>(value, 4) || convert<GfVec3h, GfHalf>(value, 3) ||
-        convert<GfVec2h, GfHalf>(value, 2) || convert<GfHalf, GfHalf>(value, 1) ||
-        convert<GfVec4h, GfHalf>(value, 4) || convert<int, int>(value, 1) ||
-        convert<bool, bool>(value, 1);
+    const bool known = take<GfVec3f>(value, 3) || take<GfVec2f>(value, 2) ||
+                       take<float>(value, 1) || take<GfVec4f>(value, 4) ||
+                       convert<GfVec3d, double>(value, 3) || convert<GfVec2d, double>(value, 2) ||
+                       convert<double, double>(value, 1) || convert<GfVec4d, double>(value, 4) ||
+                       convert<GfVec3h, GfHalf>(value, 3) || convert<GfVec2h, GfHalf>(value, 2) ||
+                       convert<GfHalf, GfHalf>(value, 1) || convert<GfVec4h, GfHalf>(value, 4) ||
+                       convert<int, int>(value, 1) || convert<bool, bool>(value, 1);
     if (!known) {
         width_ = 0;
     }
@@ -247,4 +245,4 @@ ArrayView<float> FloatArray::view() const {
     return converted_.empty() ? ArrayView<float>(data_, size_) : ArrayView<float>(converted_);
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -68,4 +68,4 @@ private:
     int width_ = 0;
 };
 
-}  // namespace mbfeat
+} // namespace mbfeat

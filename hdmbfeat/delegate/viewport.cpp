@@ -46,25 +46,23 @@ void cropCamera(const Frame& frame, Camera& camera) {
     const auto x = [&](float pixel) {
         return min.x + size.x * (pixel - frame.displayMin[0]) / frame.displaySize[0];
     };
-    const auto y = [&](float pixel) {  // pixels count down, the film plane up
+    const auto y = [&](float pixel) { // pixels count down, the film plane up
         return min.y + size.y * (1.0F - (pixel - frame.displayMin[1]) / frame.displaySize[1]);
     };
     const PixelRect& data = frame.data;
-    camera.windowMin = {x(static_cast<float>(data.x)),
-                        y(static_cast<float>(data.y + data.height))};
-    camera.windowMax = {x(static_cast<float>(data.x + data.width)),
-                        y(static_cast<float>(data.y))};
+    camera.windowMin = {x(static_cast<float>(data.x)), y(static_cast<float>(data.y + data.height))};
+    camera.windowMax = {x(static_cast<float>(data.x + data.width)), y(static_cast<float>(data.y))};
 }
 
-}  // namespace
+} // namespace
 
 Viewport resolveViewport(const HdRenderPassState& state, bool depthOfField,
                          Diagnostics& diagnostics) {
     const Frame frame = frameOf(state);
     const HdCamera& camera = *state.GetCamera();
     CameraRequest request;
-    request.imageAspect = static_cast<double>(frame.displaySize[0]) * frame.pixelAspectRatio /
-                          frame.displaySize[1];
+    request.imageAspect =
+        static_cast<double>(frame.displaySize[0]) * frame.pixelAspectRatio / frame.displaySize[1];
     request.conform = state.GetWindowPolicy();
     request.depthOfField = depthOfField;
     request.exposure = state.GetEnableExposureCompensation();
@@ -126,4 +124,4 @@ void addCamera(Fingerprint& fingerprint, const HdCamera& camera) {
     }
 }
 
-}  // namespace mbfeat
+} // namespace mbfeat

@@ -29,4 +29,4 @@ Viewport resolveViewport(const HdRenderPassState& state, bool depthOfField,
 void addViewport(Fingerprint& fingerprint, const HdRenderPassState& state);
 void addCamera(Fingerprint& fingerprint, const HdCamera& camera);
 
-}  // namespace mbfeat
+} // namespace mbfeat

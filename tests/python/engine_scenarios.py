@@ -280,6 +280,41 @@ def primvars_on_demand(folder: Path) -> dict[str, Any]:
     return {"before": primvars(before), "after": primvars(after)}
 
 
+def materialx(folder: Path) -> dict[str, Any]:
+    """MaterialX surfaces become the nearest UsdPreviewSurface inputs."""
+    stage = hydrakit.make_stage()
+    color, number = Sdf.ValueTypeNames.Color3f, Sdf.ValueTypeNames.Float
+    surfaces: dict[str, tuple[str, dict[str, Any]]] = {
+        "gold": ("open_pbr_surface", {"base_color": (0.9, 0.8, 0.4), "base_metalness": 1.0}),
+        "glass": (
+            "standard_surface",
+            {"base": 0.0, "transmission": 1.0, "transmission_color": (0.5, 1.0, 0.5)},
+        ),
+        "lamp": ("standard_surface", {"emission": 3.0, "emission_color": (1.0, 0.5, 0.25)}),
+        "leaf": ("gltf_pbr", {"alpha_mode": 1.0, "alpha": 0.25, "metallic": 0.0}),
+    }
+    for index, (name, (model, inputs)) in enumerate(surfaces.items()):
+        quad = hydrakit.add_quad(stage, f"/World/quad{index}")
+        material = UsdShade.Material.Define(stage, f"/World/{name}")
+        shader = UsdShade.Shader.Define(stage, f"/World/{name}/surface")
+        shader.CreateIdAttr(f"ND_{model}_surfaceshader")
+        for key, value in inputs.items():
+            kind = color if isinstance(value, tuple) else number
+            shader.CreateInput(key, kind).Set(value)
+        output = shader.CreateOutput("out", Sdf.ValueTypeNames.Token)
+        material.CreateSurfaceOutput("mtlx").ConnectToSource(output)
+        hydrakit.bind(quad.GetPrim(), f"/World/{name}")
+    host = hydrakit.EngineHost(stage)
+    host.set(samplesPerPixel=1)
+    dump = host_dump(host, folder).splitlines()
+    result = {}
+    for name in surfaces:
+        start = next(i for i, line in enumerate(dump) if line.endswith(f"/World/{name}"))
+        lines = [line.strip().split(" ", 1) for line in dump[start + 1 : start + 14]]
+        result[name] = {line[0]: line[-1] for line in lines}
+    return result
+
+
 SCENARIOS: dict[str, Callable[[Path], dict[str, Any]]] = {
     function.__name__: function
     for function in (
@@ -292,6 +327,7 @@ SCENARIOS: dict[str, Callable[[Path], dict[str, Any]]] = {
         shapes,
         subsets,
         primvars_on_demand,
+        materialx,
     )
 }
 

@@ -95,3 +95,17 @@ def test_subsets_have_their_own_materials(scene_index: bool, tmp_path: Path) -> 
 def test_meshes_keep_the_primvars_that_are_read(scene_index: bool, tmp_path: Path) -> None:
     result = hydrakit.run_scenario("primvars_on_demand", scene_index, tmp_path)
     assert result == {"before": [], "after": ["tint"]}
+
+
+def test_materialx_surfaces_show_their_nearest_inputs(scene_index: bool, tmp_path: Path) -> None:
+    result = hydrakit.run_scenario("materialx", scene_index, tmp_path)
+    assert result["gold"]["diffuseColor"] == "0.9 0.8 0.4"
+    assert result["gold"]["metallic"] == "1 1 1"
+    assert result["gold"]["roughness"] == "0.3 0.3 0.3"
+    assert result["glass"]["diffuseColor"] == "0.5 1 0.5"
+    assert result["glass"]["opacity"] == "0 0 0"
+    assert result["glass"]["opacityMode"] == "transparent"
+    assert result["lamp"]["emissiveColor"] == "3 1.5 0.75"
+    assert result["leaf"]["opacity"] == "0.25 0.25 0.25"
+    assert result["leaf"]["opacityMode"] == "presence"
+    assert result["leaf"]["opacityThreshold"] == "0.5 0.5 0.5"

@@ -8,6 +8,7 @@ accident; usd-core stays in the virtual environment for tests that ask for it (`
 | PATH | .mbfeat/bin (mbfeat, usdrecord), then the virtual environment's bin, then the user's |
 | PYTHONPATH | the runtime's pxr, python/, the built module, then the user's |
 | PXR_PLUGINPATH_NAME | the built plug-in and the schemas, then the user's |
+| PXR_MTLX_STDLIB_SEARCH_PATHS | MaterialX's node definitions, without which OpenUSD drops shaders |
 | MBFEAT_USD_ROOT | the OpenUSD runtime prefix |
 | MBFEAT_OCIO_DIR | OpenColorIO configs as files |
 | MBFEAT_BUILD_DIR | the release build |
@@ -28,6 +29,8 @@ def for_runtime(layout: Layout, base: Mapping[str, str]) -> dict[str, str]:
     result["MBFEAT_PXR"] = "runtime"
     _prepend(result, base, "PYTHONPATH", layout.usd, *_own_python(layout))
     _prepend(result, base, "PXR_PLUGINPATH_NAME", layout.build / "plugin" / "usd")
+    materialx = layout.usd / "lib" / "materialx" / "libraries"
+    _prepend(result, base, "PXR_MTLX_STDLIB_SEARCH_PATHS", materialx)
     return result
 
 
