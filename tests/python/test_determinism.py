@@ -13,6 +13,7 @@ import pytest
 
 from rendering import (
     EVERY_AOV,
+    SCENES,
     SETTINGS,
     add_product,
     committed_stages,
@@ -100,7 +101,7 @@ def test_command_line_threads_and_tiles_do_not_show(tmp_path: Path) -> None:
         folder = tmp_path / f"{threads}_{tile}"
         folder.mkdir()
         stage = Usd.Stage.CreateNew(str(folder / "stage.usda"))
-        stage.GetRootLayer().subLayerPaths.append(open_scene("cockpit").GetRootLayer().realPath)
+        stage.GetRootLayer().subLayerPaths.append(str(SCENES / "cockpit.usda"))
         add_products(stage, folder)
         stage.GetRootLayer().Save()
         command = [
