@@ -66,8 +66,10 @@ std::vector<SettingDescriptor> makeSettingTable() {
         makeText("mbfeat:pixelFilter", "Pixel filter", "blackmanHarris",
                  {"box", "triangle", "gaussian", "blackmanHarris", "mitchell"},
                  "Pixel reconstruction filter."),
-        makeReal("mbfeat:pixelFilterWidth", "Pixel filter width", defaults.pixelFilterWidth, 0.01,
-                 16.0, "Full width of the pixel filter, in pixels."),
+        makeReal(
+            "mbfeat:pixelFilterWidth", "Pixel filter width", 0.0, 0.0, 16.0,
+            "Full width of the pixel filter, in pixels; 0 is the filter's own: box 1, triangle "
+            "2, gaussian and blackmanHarris 3, mitchell 4."),
         makeInteger("mbfeat:russianRouletteStart", "Russian roulette start",
                     defaults.russianRouletteStart, 0, 1024,
                     "First path vertex at which Russian roulette may end a path."),
@@ -422,6 +424,30 @@ std::string toString(const SettingValue& value) {
     return {begin, written.ptr};
 }
 
+namespace {
+
+/// The width that a filter is meant to have, for a setting of 0. Widths too small to be told from a
+/// point are taken up to a hundredth of a pixel.
+float filterWidth(PixelFilter filter, float width) {
+    if (width > 0.0F) {
+        return std::max(width, 0.01F);
+    }
+    switch (filter) {
+    case PixelFilter::kBox:
+        return 1.0F;
+    case PixelFilter::kTriangle:
+        return 2.0F;
+    case PixelFilter::kMitchell:
+        return 4.0F;
+    case PixelFilter::kGaussian:
+    case PixelFilter::kBlackmanHarris:
+        break;
+    }
+    return 3.0F;
+}
+
+} // namespace
+
 RenderOptions resolveOptions(const Settings& settings) {
     RenderOptions options;
     options.samplesPerPixel = getInt(settings, "mbfeat:samplesPerPixel");
@@ -429,7 +455,8 @@ RenderOptions resolveOptions(const Settings& settings) {
     options.seed = static_cast<std::uint64_t>(get<std::int64_t>(settings, "mbfeat:seed"));
     options.threads = getInt(settings, "mbfeat:threads");
     options.pixelFilter = getEnum<PixelFilter>(settings, "mbfeat:pixelFilter");
-    options.pixelFilterWidth = getFloat(settings, "mbfeat:pixelFilterWidth");
+    options.pixelFilterWidth =
+        filterWidth(options.pixelFilter, getFloat(settings, "mbfeat:pixelFilterWidth"));
     options.russianRouletteStart = getInt(settings, "mbfeat:russianRouletteStart");
     options.clampDirect = getFloat(settings, "mbfeat:clampDirect");
     options.clampIndirect = getFloat(settings, "mbfeat:clampIndirect");

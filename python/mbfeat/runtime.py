@@ -43,6 +43,11 @@ def use_runtime() -> None:
             )
         if str(folders[0]) not in sys.path[:1]:
             sys.path.insert(0, str(folders[0]))
+        # The runtime prefix keeps MaterialX's node definitions where OpenUSD does not look; without
+        # them it drops the shaders of .mtlx files.
+        definitions = Path(root) / "lib" / "materialx" / "libraries"
+        if definitions.is_dir():
+            os.environ.setdefault("PXR_MTLX_STDLIB_SEARCH_PATHS", str(definitions))
     if (
         importlib.util.find_spec("pxr") is None
         or importlib.util.find_spec("pxr.UsdAppUtils") is None

@@ -42,6 +42,21 @@ TEST_CASE("edit distance counts inserts, deletions, replacements and swaps, not 
     CHECK(nearestName("x", {}).empty());
 }
 
+TEST_CASE("each pixel filter has a width of its own until one is set") {
+    Settings settings;
+    const auto widthOf = [&](const char* filter) {
+        REQUIRE_FALSE(
+            settings.set(SettingSource::kPrim, "mbfeat:pixelFilter", std::string(filter)));
+        return resolveOptions(settings).pixelFilterWidth;
+    };
+    CHECK(widthOf("box") == 1.0F);
+    CHECK(widthOf("triangle") == 2.0F);
+    CHECK(widthOf("mitchell") == 4.0F);
+    CHECK(widthOf("gaussian") == 3.0F);
+    REQUIRE_FALSE(settings.set(SettingSource::kPrim, "mbfeat:pixelFilterWidth", 2.5));
+    CHECK(widthOf("box") == 2.5F);
+}
+
 TEST_CASE("the table's defaults are the renderer's") {
     const RenderOptions defaults;
     const RenderOptions options = resolveOptions(Settings());
