@@ -74,22 +74,42 @@ def check_correction(correction: ColorCorrection) -> list[str]:
 def write_image(
     path: str, film: _core.Film, report: _core.RenderReport, correction: ColorCorrection
 ) -> None:
-    """Writes the film's ``color``; the file is there whole or, on an error, as it was before.
+    """Writes what viewers get: the film's ``color``, or the AOV that ``mbfeat:viewAov`` names.
 
-    EXR and HDR files hold linear values whatever `correction` says. Raises _core.Error, which names
-    the file.
+    The file is there whole or, on an error, as it was before. EXR and HDR files hold linear values
+    whatever `correction` says; an EXR has the AOV's own channel names. Raises _core.Error, which
+    names the file.
     """
-    import numpy as np
-
+    aov = _viewed_aov(film, report)
     extension = Path(path).suffix.lower()
     if extension == ".exr":
-        product = _core.ProductSpec(path, [_core.ProductLayer("color")])
+        product = _core.ProductSpec(path, [_core.ProductLayer(aov)])
         _core.write_product(product, film, report)
         return
-    image = np.ascontiguousarray(film.resolve("color"), dtype=np.float32)
+    image = _as_rgba(film, aov)
     if extension not in LINEAR_EXTENSIONS:
         correct(image, correction)
     _core.write_image(path, image)
+
+
+def _viewed_aov(film: _core.Film, report: _core.RenderReport) -> str:
+    """The name that mbfeat:viewAov has, where the film holds it; else ``color``."""
+    wanted = next((value for name, value, _ in report.settings if name == "mbfeat:viewAov"), "")
+    return wanted if wanted in {aov.name for aov in film.aovs} else "color"
+
+
+def _as_rgba(film: _core.Film, aov: str) -> NDArray[np.float32]:
+    """float32 [height, width, 4]: one channel becomes grey, two leave blue at 0; alpha is 1."""
+    import numpy as np
+
+    values = np.asarray(film.resolve(aov), dtype=np.float32)
+    if values.shape[-1] == 4:
+        return np.ascontiguousarray(values)
+    image = np.zeros((*values.shape[:2], 4), dtype=np.float32)
+    width = values.shape[-1]
+    image[..., : 3 if width == 1 else width] = values
+    image[..., 3] = 1.0
+    return image
 
 
 def correct(image: NDArray[np.float32], correction: ColorCorrection) -> None:

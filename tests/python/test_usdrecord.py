@@ -446,3 +446,19 @@ def test_session_layer_is_used(stage: Path, tmp_path: Path, run: Run) -> None:
     result = run("-w", "20", "-cam", "camera", "--sessionLayer", session, stage, "image.exr")
     assert result.returncode == 0, result.stderr
     assert not read_color(tmp_path / "image.exr").any()
+
+
+def test_viewed_aov_is_what_is_written(stage: Path, tmp_path: Path, run: Run) -> None:
+    view = ("-w", "20", "-cam", "camera", "-color", "disabled", "--set")
+    assert run(*view, "mbfeat:viewAov=albedo", stage, "albedo.exr").returncode == 0
+    assert run(*view, "mbfeat:viewAov=albedo", stage, "albedo.tga").returncode == 0
+    assert run(*view, "mbfeat:viewAov=cameraDepth", stage, "depth.tga").returncode == 0
+    with OpenEXR.File(str(tmp_path / "albedo.exr"), separate_channels=True) as file:
+        channels = file.channels()
+        assert set(channels) == {"R", "G", "B"}
+        centre = [float(channels[name].pixels[5, 10]) for name in "RGB"]
+    assert centre == pytest.approx([0.2, 0.4, 0.8], abs=1e-3)
+    shown = read_tga(tmp_path / "albedo.tga")
+    assert shown[5, 10] == pytest.approx([0.2, 0.4, 0.8, 1.0], abs=0.51 / 255)
+    depth = read_tga(tmp_path / "depth.tga")
+    assert (depth[..., 0] == depth[..., 1]).all() and (depth[..., 0] == depth[..., 2]).all()
