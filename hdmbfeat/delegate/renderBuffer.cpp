@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <new>
+#include <exception>
+#include <stdexcept>
+#include <string>
 
 #include "pxr/base/gf/half.h"
 
@@ -74,7 +76,10 @@ struct IntegerSource {
 
 } // namespace
 
-RenderBuffer::RenderBuffer(const SdfPath& id) : HdRenderBuffer(id) {}
+RenderBuffer::RenderBuffer(const SdfPath& id, Diagnostics& diagnostics)
+    : HdRenderBuffer(id),
+      diagnostics_(diagnostics) {}
+
 RenderBuffer::~RenderBuffer() = default;
 
 bool RenderBuffer::Allocate(const GfVec3i& dimensions, HdFormat format, bool /*multiSampled*/) {
@@ -86,13 +91,22 @@ bool RenderBuffer::Allocate(const GfVec3i& dimensions, HdFormat format, bool /*m
     }
     try {
         const std::lock_guard lock(mutex_);
-        data_.assign(static_cast<std::size_t>(dimensions[0]) *
-                         static_cast<std::size_t>(dimensions[1]) * HdDataSizeOfFormat(format),
-                     0);
+        const auto pixels =
+            static_cast<std::size_t>(dimensions[0]) * static_cast<std::size_t>(dimensions[1]);
+        const std::size_t pixelBytes = HdDataSizeOfFormat(format);
+        if (pixels > data_.max_size() / pixelBytes) { // the product would wrap around
+            throw std::length_error("no memory is that large");
+        }
+        data_.assign(pixels * pixelBytes, 0);
         width_ = static_cast<unsigned int>(dimensions[0]);
         height_ = static_cast<unsigned int>(dimensions[1]);
         format_ = format;
-    } catch (const std::bad_alloc&) {
+    } catch (const std::exception& failure) {
+        diagnostics_.error(GetId().GetString(),
+                           "a buffer of " + std::to_string(dimensions[0]) + " x " +
+                               std::to_string(dimensions[1]) + " pixels could not be allocated (" +
+                               failure.what() +
+                               "); it stays empty. Render a smaller image or free memory.");
         return false;
     }
     return true;

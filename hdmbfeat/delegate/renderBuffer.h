@@ -8,6 +8,7 @@
 #include <mutex>
 #include <vector>
 
+#include "core/diagnostics.h"
 #include "pxr/imaging/hd/renderBuffer.h"
 
 namespace mbfeat {
@@ -17,9 +18,10 @@ PXR_NAMESPACE_USING_DIRECTIVE
 /// film into it on the application's thread, so a buffer may die at any time. Readers map it.
 class RenderBuffer final : public HdRenderBuffer {
 public:
-    explicit RenderBuffer(const SdfPath& id);
+    RenderBuffer(const SdfPath& id, Diagnostics& diagnostics);
     ~RenderBuffer() override;
 
+    /// False, with a message where memory is short, leaves an empty buffer of no size.
     bool Allocate(const GfVec3i& dimensions, HdFormat format, bool multiSampled) override;
     unsigned int GetWidth() const override { return width_; }
     unsigned int GetHeight() const override { return height_; }
@@ -53,6 +55,7 @@ private:
     template <class Source>
     void writeRows(const Source& source, int x, int y, int width, int height);
 
+    Diagnostics& diagnostics_;
     std::mutex mutex_;
     std::vector<std::uint8_t> data_;
     unsigned int width_ = 0, height_ = 0;

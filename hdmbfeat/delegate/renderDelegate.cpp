@@ -173,7 +173,7 @@ void RenderDelegate::DestroySprim(HdSprim* sprim) {
 
 HdBprim* RenderDelegate::CreateBprim(const TfToken& typeId, const SdfPath& bprimId) {
     if (typeId == tokens().renderBuffer) {
-        return std::make_unique<RenderBuffer>(bprimId).release();
+        return std::make_unique<RenderBuffer>(bprimId, param_->diagnostics()).release();
     }
     if (typeId == tokens().renderSettings) {
         return std::make_unique<RenderSettingsPrim>(bprimId, *param_).release();
