@@ -292,7 +292,8 @@ MaterialBinding bindMaterial(const Material& material, const Mesh& mesh,
         if (bound.source == MaterialInput::Source::kTexture) {
             const BoundTexture& texture =
                 binding.textures[static_cast<std::size_t>(bound.input->texture)];
-            if (texture.uv == nullptr && texture.image != nullptr) {
+            const bool readsPrimvar = !texture.node->uvPrimvar.empty(); // else a constant
+            if (readsPrimvar && texture.uv == nullptr && texture.image != nullptr) {
                 reportMissingCoordinates(material, texture, mesh, geometryPath, diagnostics);
             }
         }
