@@ -69,6 +69,19 @@ void setLens(const HdCamera& prim, const Lens& lens, const CameraRequest& reques
                         static_cast<float>(window.GetMax()[1])};
 }
 
+void setClipping(const HdCamera& prim, Camera& camera, Diagnostics& diagnostics) {
+    const GfRange1f& clipping = prim.GetClippingRange();
+    if (clipping.GetMax() > clipping.GetMin()) {
+        const bool unset = isHostCamera(prim) && clipping == kUnsetClippingRange;
+        camera.nearClip = unset ? kFreeCameraNear : clipping.GetMin();
+        camera.farClip = clipping.GetMax();
+    } else if (clipping != GfRange1f()) { // that is one that nobody set
+        diagnostics.warn(prim.GetId().GetString(),
+                         "the near end of clippingRange is not before its far end; nothing is "
+                         "clipped. Author a clippingRange of near, then far.");
+    }
+}
+
 void setDepthOfField(const HdCamera& prim, const Lens& lens, Camera& camera,
                      Diagnostics& diagnostics) {
     const float fStop = prim.GetFStop();
@@ -101,12 +114,7 @@ Camera translateCamera(const HdCamera& prim, const CameraRequest& request,
     const Lens lens = usableLens(prim, request.imageAspect, diagnostics);
     setLens(prim, lens, request, camera);
 
-    const GfRange1f& clipping = prim.GetClippingRange();
-    if (!clipping.IsEmpty() && clipping.GetMax() > clipping.GetMin()) {
-        const bool unset = isHostCamera(prim) && clipping == kUnsetClippingRange;
-        camera.nearClip = unset ? kFreeCameraNear : clipping.GetMin();
-        camera.farClip = clipping.GetMax();
-    }
+    setClipping(prim, camera, diagnostics);
     if (request.depthOfField) {
         setDepthOfField(prim, lens, camera, diagnostics);
     }
