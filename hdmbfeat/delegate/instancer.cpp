@@ -64,6 +64,11 @@ void InstancerPrim::Sync(HdSceneDelegate* delegate, HdRenderParam* renderParam,
 }
 
 void InstancerPrim::pull(HdSceneDelegate* delegate) {
+    // Attributes that are gone are not described any more.
+    translations_.clear();
+    rotations_.clear();
+    scales_.clear();
+    transforms_.clear();
     for (const HdPrimvarDescriptor& descriptor :
          delegate->GetPrimvarDescriptors(GetId(), HdInterpolationInstance)) {
         const TfToken& name = descriptor.name;
