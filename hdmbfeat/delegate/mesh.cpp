@@ -140,6 +140,12 @@ void MeshPrim::updateTransforms(HdSceneDelegate* delegate, RenderParam& param) {
     dropUnusable(geometry_, param.diagnostics());
 }
 
+void MeshPrim::UpdateRenderTag(HdSceneDelegate* delegate, HdRenderParam* renderParam) {
+    HdMesh::UpdateRenderTag(delegate, renderParam);
+    auto& param = *static_cast<RenderParam*>(renderParam);
+    guarded(param.diagnostics(), geometry_.path, [&] { updateFilter(param); });
+}
+
 bool MeshPrim::passesFilter(const VisibilityFilter& filter) const {
     return filter.accepts(geometry_.path, GetRenderTag().GetString());
 }

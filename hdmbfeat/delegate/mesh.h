@@ -27,6 +27,8 @@ public:
     void Sync(HdSceneDelegate* delegate, HdRenderParam* renderParam, HdDirtyBits* dirtyBits,
               const TfToken& reprToken) override;
     void Finalize(HdRenderParam* renderParam) override;
+    /// Also of meshes that are not synced, as those are whose new tag hides them.
+    void UpdateRenderTag(HdSceneDelegate* delegate, HdRenderParam* renderParam) override;
 
     /// Shows or hides the mesh after the pass's filter changed.
     void updateFilter(RenderParam& param);
