@@ -105,6 +105,9 @@ AffineD InstancerPrim::instanceTransform(std::size_t index) const {
 
 std::vector<AffineD> InstancerPrim::computeTransforms(const SdfPath& prototypeId) const {
     HdSceneDelegate* const delegate = GetDelegate();
+    if (!delegate->GetVisible(GetId())) {
+        return {};
+    }
     const AffineD base = toAffine(delegate->GetInstancerTransform(GetId()));
     const VtIntArray indices = delegate->GetInstanceIndices(GetId(), prototypeId);
     std::vector<AffineD> own;

@@ -28,7 +28,7 @@ public:
               HdDirtyBits* dirtyBits) override;
 
     /// Prototype to world for every instance, those of parent instancers multiplied out: for each
-    /// instance of the parent all instances of this one.
+    /// instance of the parent all instances of this one. Empty where one of them is invisible.
     std::vector<AffineD> computeTransforms(const SdfPath& prototypeId) const;
 
 private:

@@ -21,9 +21,10 @@ constexpr HdDirtyBits kMeshBits =
     HdChangeTracker::DirtyDoubleSided | HdChangeTracker::DirtySubdivTags |
     HdChangeTracker::DirtyMaterialId | HdChangeTracker::DirtyComputationPrimvarDesc;
 
-constexpr HdDirtyBits kTransformBits = HdChangeTracker::DirtyTransform |
-                                       HdChangeTracker::DirtyInstancer |
-                                       HdChangeTracker::DirtyInstanceIndex;
+// Visibility is among them for that of the instancer, which places nothing where it is invisible.
+constexpr HdDirtyBits kTransformBits =
+    HdChangeTracker::DirtyTransform | HdChangeTracker::DirtyInstancer |
+    HdChangeTracker::DirtyInstanceIndex | HdChangeTracker::DirtyVisibility;
 
 /// Slot of a material path in the list, which grows when the path is new.
 std::uint16_t slotOf(std::vector<std::string>& materials, const std::string& path) {
