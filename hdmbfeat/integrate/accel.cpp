@@ -282,11 +282,13 @@ std::vector<EmissiveTriangle> Accel::collectEmissiveTriangles() {
             // For the choice of light only: the mean of the corners and the centre. The radiance
             // that counts is evaluated at the sampled point.
             const float third = 1.0F / 3.0F;
-            const Rgb mean = (evaluateMaterial(binding, t, 0.0F, 0.0F).emission +
-                              evaluateMaterial(binding, t, 1.0F, 0.0F).emission +
-                              evaluateMaterial(binding, t, 0.0F, 1.0F).emission +
-                              evaluateMaterial(binding, t, third, third).emission) *
-                             0.25F;
+            const auto shine = [&](float b1, float b2) {
+                const Rgb emission = evaluateMaterial(binding, t, b1, b2).emission;
+                return record.mayCutOut ? emission * evaluateOpacity(binding, t, b1, b2) : emission;
+            };
+            const Rgb mean =
+                (shine(0.0F, 0.0F) + shine(1.0F, 0.0F) + shine(0.0F, 1.0F) + shine(third, third)) *
+                0.25F;
             record.emissiveIndex[t] = record.emissiveCount++;
             emitting.push_back(t);
             radiance.push_back(mean);

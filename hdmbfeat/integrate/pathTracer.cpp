@@ -265,7 +265,11 @@ struct PathWalk {
         const AccelGeometry& geometry = *tracer.accel.geometries()[ref.geometry];
         const MaterialBinding& binding =
             geometry.bindings[geometry.mesh->materialSlotOf(ref.triangle)];
-        return evaluateMaterial(binding, ref.triangle, light.b1, light.b2).emission;
+        const Rgb emission = evaluateMaterial(binding, ref.triangle, light.b1, light.b2).emission;
+        // Where a cut-out is not there it does not shine either.
+        return geometry.mayCutOut
+                   ? emission * evaluateOpacity(binding, ref.triangle, light.b1, light.b2)
+                   : emission;
     }
 
     /// Fraction of light that passes from the vertex to the sampled point: 0 or 1, or between
