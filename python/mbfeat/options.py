@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import difflib
 from typing import Any
+
+PURPOSES = ("default", "proxy", "render", "guide")
+
+# Far beyond any print; sizes past it overflow memory before the renderer can tell.
+MAX_IMAGE_WIDTH = 65536
 
 # What the parsed arguments are called is UsdAppUtils' choice where it adds the options.
 
@@ -190,6 +196,17 @@ def check_overrides(texts: list[str]) -> tuple[list[tuple[str, str]], list[str]]
     return overrides, problems
 
 
+def check_purposes(text: str) -> list[str]:
+    """What is wrong with the value of --purposes."""
+    problems: list[str] = []
+    for word in words(text):
+        if word not in PURPOSES:
+            near = difflib.get_close_matches(word.lower(), PURPOSES, 1)
+            advice = f"did you mean {near[0]}?" if near else f"there are {', '.join(PURPOSES)}"
+            problems.append(f"--purposes {word}: there is no such purpose; {advice}")
+    return problems
+
+
 def words(text: str) -> list[str]:
     """The parts of a list separated by commas or spaces."""
     return text.replace(",", " ").split()
@@ -203,6 +220,12 @@ def parse(program: str, arguments: list[str] | None) -> tuple[argparse.ArgumentP
     options = parser.parse_args(arguments)
     options.imageWidth = max(options.imageWidth, 1)
     options.overrides, problems = check_overrides(options.overrides)
+    problems += check_purposes(options.purposes)
+    if options.imageWidth > MAX_IMAGE_WIDTH:
+        problems.append(
+            f"--imageWidth {options.imageWidth}: the image is too wide; "
+            f"give at most {MAX_IMAGE_WIDTH} pixels"
+        )
     problems += _core.Settings().read_environment()
     if problems:
         parser.error("; ".join(problems))

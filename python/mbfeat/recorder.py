@@ -100,6 +100,10 @@ def _run_recorder(recording: Recording, frame: float, output: str, scratch: Path
         recorded = recording.recorder.Record(recording.stage, recording.camera, frame, str(target))
     except Tf.ErrorException as error:
         return "; ".join(tf_messages(error)) or "OpenUSD reported an error"
+    except MemoryError:
+        return "there is not enough memory; render a smaller image or fewer AOVs"
+    except RuntimeError as error:
+        return str(error) or "OpenUSD reported an error"
     if own:
         return ""  # whether there is an image is told by the film
     if not recorded or not target.exists():

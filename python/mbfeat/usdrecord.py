@@ -86,7 +86,12 @@ def _record(parser: Any, options: Any, messages: OpenUsdMessages) -> None:
     problem = problem_with_folder(first)
     if problem:
         raise StageError(problem)
-    recording = _make_recording(stage, camera, settings_path, options)
+    try:
+        recording = _make_recording(stage, camera, settings_path, options)
+    except Tf.ErrorException as error:
+        raise StageError(
+            f"the renderer could not be set up: {'; '.join(tf_messages(error))}"
+        ) from error
     recording.messages = messages
     record_frames(recording, options.frames, options.outputImagePath)
 
