@@ -21,8 +21,9 @@ struct JobResult {
 };
 
 /// Writes the products, adds files and errors to the report and publishes the frame. A product
-/// that fails costs that product: whatever lies at its path is removed, so that an older file is
-/// not taken for it. An interrupted job writes nothing. Runs on the render thread.
+/// that fails costs that product: an older image of ours at its path is removed, so that it is not
+/// taken for the new one; any other file there stays. An interrupted job writes nothing. Runs on
+/// the render thread.
 void finishJob(const JobResult& result, Diagnostics& diagnostics, RenderReport& report);
 
 } // namespace mbfeat

@@ -1,7 +1,9 @@
 #include "delegate/products.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
+#include <system_error>
 
 #include "delegate/camera.h"
 #include "delegate/productVar.h"
@@ -108,8 +110,9 @@ public:
     ProductPlan plan(const HdRenderSettings::RenderProducts& products) {
         for (const Product& product : products) {
             const std::size_t errors = plan_.errors.size();
+            sameFile_ = false;
             const bool made = add(product);
-            if (!made && !product.name.IsEmpty()) {
+            if (!made && !product.name.IsEmpty() && !sameFile_) {
                 plan_.staleFiles.push_back(product.name.GetString());
             }
             if (!made && errors == plan_.errors.size()) {
@@ -145,6 +148,17 @@ private:
         }
         ProductSpec spec;
         readProductAttributes(product, spec, diagnostics_);
+        std::error_code ignored; // a path that cannot be resolved is compared as it is
+        const auto whole = std::filesystem::weakly_canonical(spec.path, ignored);
+        const auto [first, isNew] = productOfPath_.emplace(ignored ? spec.path : whole.string(),
+                                                           product.productPath.GetString());
+        if (!isNew) {
+            fail(product, "its productName " + spec.path + " is that of " + first->second +
+                              " too; only that one is written. Give each product a file of its "
+                              "own.");
+            sameFile_ = true;
+            return false;
+        }
         if (!readVars(product, spec)) {
             return false;
         }
@@ -185,7 +199,11 @@ private:
             viewOfKey_[key] = plan_.views.size() - 1;
         }
         ProductView& view = plan_.views[viewOfKey_[key]];
-        const double needed = pathSampleGibibytes(view.film, true);
+        const bool extended =
+            view.film.extendedPathSamples ||
+            std::any_of(spec.layers.begin(), spec.layers.end(),
+                        [](const ProductLayer& layer) { return isExtendedAov(layer.aov); });
+        const double needed = pathSampleGibibytes(view.film, extended);
         if (spec.deep && needed > options_.pathSampleMemory) {
             fail(product, "keeping every path takes " + std::to_string(needed) +
                               " GiB, more than mbfeat:pathSampleMemory allows (" +
@@ -237,6 +255,8 @@ private:
             view.film.keepPathSamples && std::any_of(aovs.begin(), aovs.end(), isExtendedAov);
     }
 
+    std::map<std::string, std::string> productOfPath_; ///< file to the prim that writes it
+    bool sameFile_ = false;                            ///< the product at hand names another's file
     HdRenderIndex& index_;
     const RenderOptions& options_;
     bool exposure_;

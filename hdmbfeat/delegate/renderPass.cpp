@@ -33,6 +33,10 @@ void fillWithClearValue(RenderBuffer& buffer, const std::string& aovName) {
     buffer.fill(value);
 }
 
+std::size_t pathSampleBytes(const RenderOptions& options) {
+    return static_cast<std::size_t>(options.pathSampleMemory * 1073741824.0);
+}
+
 } // namespace
 
 RenderPass::RenderPass(HdRenderIndex* index, const HdRprimCollection& collection,
@@ -176,10 +180,6 @@ std::int64_t RenderPass::currentFrame() const {
     return known && std::isfinite(frame) ? std::llround(frame) : 0;
 }
 
-std::shared_ptr<Film> RenderPass::makeFilm(const FilmRequest& request) {
-    return std::make_shared<Film>(request);
-}
-
 void RenderPass::addViewportView(const HdRenderPassState& state, const std::vector<Target>& targets,
                                  RenderJob& job, JobResult& result) {
     const Viewport viewport = resolveViewport(state, true, param_.diagnostics());
@@ -199,7 +199,13 @@ void RenderPass::addViewportView(const HdRenderPassState& state, const std::vect
             request.aovs.push_back(target.aov);
         }
     }
-    film_ = makeFilm(request);
+    Result<std::shared_ptr<Film>> film = Film::create(request, pathSampleBytes(job.options));
+    if (!film) {
+        param_.diagnostics().error(film.error().subject, film.error().text);
+        result.errors.push_back(film.error());
+        return;
+    }
+    film_ = film.value();
     placement_ = {viewport.bufferX, viewport.bufferY, false};
     job.views.push_back({viewport.camera, film_, viewport.cameraPath, 0});
     result.images.push_back({film_, viewport.cameraPath, {}});
@@ -218,9 +224,18 @@ void RenderPass::addProductViews(const HdRenderPassState& state, const RenderSet
         if (view.products.empty()) {
             continue;
         }
-        const std::shared_ptr<Film> film = makeFilm(view.film);
-        job.views.push_back({view.camera, film, view.cameraPath, 0});
-        result.images.push_back({film, view.cameraPath, std::move(view.products)});
+        Result<std::shared_ptr<Film>> film = Film::create(view.film, pathSampleBytes(job.options));
+        if (!film) {
+            for (const ProductSpec& product : view.products) {
+                const Error error{product.primPath, film.error().text};
+                param_.diagnostics().error(error.subject, error.text);
+                result.errors.push_back(error);
+                result.staleFiles.push_back(product.path);
+            }
+            continue;
+        }
+        job.views.push_back({view.camera, film.value(), view.cameraPath, 0});
+        result.images.push_back({film.value(), view.cameraPath, std::move(view.products)});
     }
     if (!job.views.empty()) {
         film_ = job.views.front().film;
@@ -272,8 +287,8 @@ void RenderPass::showFilms(std::vector<Target>& targets, bool done) {
     for (Target& target : targets) {
         RenderBuffer& buffer = *target.buffer;
         if (buffer.stamp() != stamp) {
-            target.filmIndex = film_->findBound(target.aov);
-            if (target.filmIndex < 0 && target.asColor) {
+            target.filmIndex = film_ ? film_->findBound(target.aov) : -1;
+            if (film_ && target.filmIndex < 0 && target.asColor) {
                 target.filmIndex = film_->findBound(tokens().color.GetString());
             }
             if (target.filmIndex < 0) {

@@ -60,7 +60,6 @@ private:
                          RenderJob& job, JobResult& result);
     void addProductViews(const HdRenderPassState& state, const RenderSettingsPrim& products,
                          RenderJob& job, JobResult& result);
-    std::shared_ptr<Film> makeFilm(const FilmRequest& request);
     void showFilms(std::vector<Target>& targets, bool done);
     void giveUp(const HdRenderPassState& state, const std::string& why);
     std::int64_t currentFrame() const;

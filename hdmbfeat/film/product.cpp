@@ -265,8 +265,8 @@ Status writeProduct(const ProductSpec& product, const Film& film, const RenderRe
     } catch (const std::exception& problem) {
         return Error{subjectOf(product), title(product) +
                                              " could not be written: " + problem.what() +
-                                             ". A file that was there before is unchanged. Check "
-                                             "the disk's space and the directory's permissions."};
+                                             ". Check the disk's space and the directory's "
+                                             "permissions."};
     }
 }
 

@@ -130,9 +130,16 @@ def record(stage: Usd.Stage, file: Path | str, width: int = 32) -> bool:
     return bool(recorder.Record(stage, camera, Usd.TimeCode(1), str(file)))
 
 
+def last_frame() -> _core.FinishedFrame:
+    """The last finished render of this process; there must be one."""
+    frame = _core.Host.last_frame()
+    assert frame is not None
+    return frame
+
+
 def last_film(index: int = 0) -> _core.Film:
     """A film of the last finished render of this process."""
-    return _core.Host.last_frame().images[index][0]
+    return last_frame().images[index][0]
 
 
 class EngineHost:

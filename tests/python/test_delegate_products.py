@@ -73,7 +73,7 @@ def test_products_have_their_own_size_camera_and_layers(stage: Usd.Stage, tmp_pa
     assert any(name.startswith("uv.") for name in one)
     two = channels(tmp_path / "two.exr")
     assert set(two) == {"R", "G", "B", "A"} and two["R"].shape == (30, 20)
-    images = _core.Host.last_frame().images
+    images = hydrakit.last_frame().images
     assert [camera for _, camera, _ in images] == ["/World/camera", "/World/other"]
 
 
@@ -189,8 +189,9 @@ def test_deep_products_hold_every_path(stage: Usd.Stage, tmp_path: Path) -> None
     hydrakit.record(stage, tmp_path / "beauty.exr")
 
     film = hydrakit.last_film()  # one camera and window: both products share the film
-    assert len(_core.Host.last_frame().images) == 1
+    assert len(hydrakit.last_frame().images) == 1
     layout = [field.name for field in film.path_sample_layout]
+    assert film.path_samples is not None
     red = film.path_samples[..., layout.index("R")]
     assert red.shape == (16, 32, 4)
     deep_red = channels(tmp_path / "deep.exr")["R"]
@@ -205,15 +206,17 @@ def test_a_stale_file_is_not_taken_for_a_product_that_failed(
     good = tmp_path / "good.exr"
     bad = tmp_path / "bad.exr"
     good.write_text("old")
-    bad.write_text("old")
     hydrakit.add_product(stage, "good", good, [color])
-    hydrakit.add_product(stage, "bad", bad, [color, twin])
+    product = hydrakit.add_product(stage, "bad", bad, [color])
+    hydrakit.record(stage, tmp_path / "beauty.exr")
+    assert bad.exists()
+    product.CreateOrderedVarsRel().SetTargets([color, twin])
 
     hydrakit.record(stage, tmp_path / "beauty.exr")
 
     assert channels(good)["R"].shape == (16, 32)
     assert not bad.exists()
-    report = _core.Host.last_frame().report
+    report = hydrakit.last_frame().report
     assert report.written == [str(good)]
     assert any("/Render/bad" in error and "color" in error for error in report.errors)
 
@@ -242,5 +245,37 @@ def test_settings_rise_from_prim_to_environment_to_command_line(
         assert samples() == 7
     finally:
         _core.Host.set_overrides([])
-    sources = {n: s for n, _, s in _core.Host.last_frame().report.settings}
+    sources = {n: s for n, _, s in hydrakit.last_frame().report.settings}
     assert sources["mbfeat:samplesPerPixel"] == _core.SettingSource.COMMAND_LINE
+
+
+def test_failed_product_leaves_files_that_are_not_ours(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    bystander = tmp_path / "notes.png"
+    bystander.write_bytes(b"not an image of ours")
+    stage = hydrakit.make_stage()
+    hydrakit.add_quad(stage)
+    hydrakit.add_settings(stage)
+    color = hydrakit.add_var(stage, "color", "color")
+    again = hydrakit.add_var(stage, "again", "color", layer="color")
+    hydrakit.add_product(stage, "bad", bystander, [color, again])
+    hydrakit.record(stage, tmp_path / "image.exr")
+    assert bystander.read_bytes() == b"not an image of ours"
+    assert "color" in capfd.readouterr().err
+
+
+def test_two_products_of_one_file_are_an_error(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    stage = hydrakit.make_stage()
+    hydrakit.add_quad(stage)
+    hydrakit.add_settings(stage)
+    color = hydrakit.add_var(stage, "color", "color")
+    normal = hydrakit.add_var(stage, "normal", "normal")
+    hydrakit.add_product(stage, "first", tmp_path / "same.exr", [color, normal])
+    hydrakit.add_product(stage, "second", tmp_path / "." / "same.exr", [color])
+    hydrakit.record(stage, tmp_path / "image.exr")
+    assert any(name.startswith("normal") for name in channels(tmp_path / "same.exr"))
+    messages = capfd.readouterr().err
+    assert "first" in messages and "second" in messages
