@@ -315,6 +315,111 @@ def materialx(folder: Path) -> dict[str, Any]:
     return result
 
 
+def purposes(folder: Path) -> dict[str, Any]:
+    """Whether a quad is seen while its purpose and the purposes that are shown change."""
+    stage = hydrakit.make_stage()
+    quad = hydrakit.add_quad(stage)
+    purpose = quad.CreatePurposeAttr()
+    host = hydrakit.EngineHost(stage)
+    host.set(samplesPerPixel=1)
+    host.engine.SetRendererAov("primId")
+    result: dict[str, Any] = {}
+
+    def look(name: str) -> None:
+        result[name] = bool((host.converge().resolve("primId") >= 0).any())
+
+    look("default")
+    purpose.Set(UsdGeom.Tokens.guide)
+    look("guide")
+    host.parameters.showGuides = True
+    look("guides shown")
+    host.parameters.showGuides = False
+    look("guides hidden")
+    purpose.Set(UsdGeom.Tokens.default_)
+    look("default again")
+    purpose.Set(UsdGeom.Tokens.guide)
+    look("guide again")
+    return result
+
+
+def placements(host: hydrakit.EngineHost, folder: Path) -> list[str]:
+    """The transforms of everything in the scene that is rendered."""
+    dump = host_dump(host, folder)
+    paths = [line.split()[1] for line in dump.splitlines() if line.startswith("geometry ")]
+    lines = [line for path in paths for line in geometry_of(dump, path)]
+    return [line.removeprefix("transform ") for line in lines if line.startswith("transform ")]
+
+
+def instance_attributes(folder: Path) -> dict[str, Any]:
+    """Transforms of an instance whose attributes are blocked one after the other."""
+    stage = hydrakit.make_stage()
+    instancer = UsdGeom.PointInstancer.Define(stage, "/World/instancer")
+    instancer.CreatePositionsAttr([Gf.Vec3f(5, 0, 0)])
+    instancer.CreateProtoIndicesAttr([0])
+    scales = instancer.CreateScalesAttr([Gf.Vec3f(2)])
+    orientations = instancer.CreateOrientationsAttr([Gf.Quath(0, 0, 0, 1)])
+    prototype = hydrakit.add_quad(stage, "/World/instancer/quad")
+    instancer.CreatePrototypesRel().SetTargets([prototype.GetPath()])
+    host = hydrakit.EngineHost(stage)
+    host.set(samplesPerPixel=1)
+    result = {"all": placements(host, folder)}
+    scales.Block()
+    result["no scales"] = placements(host, folder)
+    orientations.Block()
+    result["no orientations"] = placements(host, folder)
+    scales.Set([Gf.Vec3f(3)])
+    result["scales again"] = placements(host, folder)
+    return result
+
+
+def instancer_visibility(folder: Path) -> dict[str, Any]:
+    """Number of placements while a point instancer, the one around it and its parent are hidden."""
+    stage = hydrakit.make_stage()
+    parent = UsdGeom.Xform.Define(stage, "/World/parent")
+    outer = UsdGeom.PointInstancer.Define(stage, "/World/parent/outer")
+    # With scene indices OpenUSD makes the roots of prototypes visible whatever is authored.
+    prototype = UsdGeom.Xform.Define(stage, "/World/parent/outer/prototype")
+    inner = UsdGeom.PointInstancer.Define(stage, "/World/parent/outer/prototype/inner")
+    for instancer in (outer, inner):
+        instancer.CreatePositionsAttr([Gf.Vec3f(0, 0, 0), Gf.Vec3f(0, 10, 0)])
+        instancer.CreateProtoIndicesAttr([0, 0])
+    quad = hydrakit.add_quad(stage, "/World/parent/outer/prototype/inner/quad")
+    inner.CreatePrototypesRel().SetTargets([quad.GetPath()])
+    outer.CreatePrototypesRel().SetTargets([prototype.GetPath()])
+    host = hydrakit.EngineHost(stage)
+    host.set(samplesPerPixel=1)
+    result = {"visible": len(placements(host, folder))}
+    for name, prim in (("inner", inner), ("outer", outer), ("parent", parent)):
+        UsdGeom.Imageable(prim).MakeInvisible()
+        result[f"{name} hidden"] = len(placements(host, folder))
+        UsdGeom.Imageable(prim).MakeVisible()
+        result[f"{name} shown"] = len(placements(host, folder))
+    return result
+
+
+def native_instance_visibility(folder: Path) -> dict[str, Any]:
+    """Number of placements while native instances of one prototype are hidden."""
+    stage = hydrakit.make_stage()
+    stage.CreateClassPrim("/Source")
+    hydrakit.add_quad(stage, "/Source/quad")
+    instances = []
+    for name in ("first", "second"):
+        instance = UsdGeom.Xform.Define(stage, f"/World/{name}")
+        instance.GetPrim().GetReferences().AddInternalReference("/Source")
+        instance.GetPrim().SetInstanceable(True)
+        instances.append(UsdGeom.Imageable(instance))
+    host = hydrakit.EngineHost(stage)
+    host.set(samplesPerPixel=1)
+    result = {"both": len(placements(host, folder))}
+    instances[0].MakeInvisible()
+    result["second"] = len(placements(host, folder))
+    instances[1].MakeInvisible()
+    result["none"] = len(placements(host, folder))
+    instances[0].MakeVisible()
+    result["first"] = len(placements(host, folder))
+    return result
+
+
 SCENARIOS: dict[str, Callable[[Path], dict[str, Any]]] = {
     function.__name__: function
     for function in (
@@ -328,6 +433,10 @@ SCENARIOS: dict[str, Callable[[Path], dict[str, Any]]] = {
         subsets,
         primvars_on_demand,
         materialx,
+        purposes,
+        instance_attributes,
+        instancer_visibility,
+        native_instance_visibility,
     )
 }
 
