@@ -130,7 +130,7 @@ def _write_own_image(
         reason = "; ".join(report.errors) or "the render ended before it was complete"
         raise RecordError(f"{what}: {reason}; {output} was not written")
     if report.errors and (ON_ERROR, "abort") in [row[:2] for row in report.settings]:
-        raise RecordError(f"{'; '.join(report.errors)}; {output} was not written")
+        raise RecordError(f"{what}: {output} was not written because of {ON_ERROR}=abort")
     film, camera, _ = finished.images[0]
     try:
         write_image(output, film, report, recording.correction)
@@ -143,7 +143,9 @@ def _write_own_image(
         seen = f"{'free camera' if free else f'camera {camera}'}, {width} x {height} pixels"
         print(summary(report, f"{what}, {seen}", [output]), flush=True)
     if report.errors:
-        raise RecordError("; ".join(report.errors))
+        count = len(report.errors)
+        problems = "the error" if count == 1 else f"the {count} errors"
+        raise RecordError(f"{what}: {output} was written; see {problems} above")
 
 
 def is_linear(output: str) -> bool:
