@@ -65,6 +65,7 @@ def _record(parser: Any, options: Any, messages: OpenUsdMessages) -> None:
     from pxr import Tf, UsdAppUtils
 
     from mbfeat.images import problem_with_folder
+    from mbfeat.instancers import hide_broken_instancers
     from mbfeat.recorder import record_frames
 
     stage = open_stage(options)
@@ -80,6 +81,8 @@ def _record(parser: Any, options: Any, messages: OpenUsdMessages) -> None:
             f"--frames {options.frames}: {'; '.join(tf_messages(error))}; write START:ENDxSTRIDE, "
             "with several separated by commas"
         ) from error
+    for warning in hide_broken_instancers(stage, options.frames):
+        complain(f"warning: {warning}")
     settings_path = find_settings(stage, options.rpPrimPath, options.rsPrimPath)
     camera = find_camera(stage, options.camera, settings_path)
     first = options.outputImagePath.format(frame=next(iter(options.frames)))

@@ -267,7 +267,8 @@ def test_unknown_aov_is_named_and_the_rest_is_written(
 ) -> None:
     result = run("-rs", "/Render/misspelt", stage, "image.exr")
     assert result.returncode == 1
-    assert "/Render/typo" in result.stderr and "mbfeat:albedo:0" in result.stderr
+    assert "/Render/typo" in result.stderr and result.stderr.count("mbfeat:albedo:0") == 1
+    assert result.stderr.splitlines()[-1].endswith("image.exr was written; see the error above")
     assert read_color(tmp_path / "wrong.exr").shape == (12, 24, 4)
 
 
@@ -438,6 +439,90 @@ def test_masked_prims_are_not_rendered(stage: Path, tmp_path: Path, run: Run) ->
     result = run("-w", "20", "-cam", "camera", "--mask", mask, stage, "image.exr")
     assert result.returncode == 0, result.stderr
     assert not read_color(tmp_path / "image.exr").any()
+
+
+INSTANCERS = """#usda 1.0
+(
+    subLayers = [@stage.usda@]
+)
+def PointInstancer "broken"
+{
+    rel prototypes = </broken/ball>
+    int[] protoIndices = [0, -1, 4]
+    point3f[] positions = [(0, 0, 1), (0.3, 0, 1), (0.6, 0, 1)]
+    def Sphere "ball"
+    {
+    }
+}
+def PointInstancer "late"
+{
+    rel prototypes = </late/ball>
+    int[] protoIndices.timeSamples = { 1: [0], 2: [-7] }
+    point3f[] positions = [(0, 0, 1)]
+    def Sphere "ball"
+    {
+    }
+}
+def PointInstancer "sound"
+{
+    rel prototypes = </sound/ball>
+    int[] protoIndices = [0]
+    point3f[] positions = [(0, 0, 2)]
+    def Sphere "ball"
+    {
+        double radius = 0.2
+        color3f[] primvars:displayColor = [(1, 0, 0)]
+    }
+}
+class PointInstancer "_flawed"
+{
+    rel prototypes = </_flawed/ball>
+    int[] protoIndices = [3]
+    point3f[] positions = [(0, 0, 1)]
+    def PointInstancer "ball"
+    {
+        rel prototypes = </_flawed/ball/none>
+        int[] protoIndices = [-1]
+    }
+}
+class "_shared"
+{
+    def "inner" (
+        instanceable = true
+        references = </_flawed>
+    )
+    {
+    }
+}
+def "shared" (
+    instanceable = true
+    inherits = </_shared>
+)
+{
+}
+"""
+
+
+def test_instancers_with_indices_of_no_prototype_are_told_and_left_out(
+    stage: Path, tmp_path: Path, run: Run
+) -> None:
+    broken = stage.with_name("instancers.usda")
+    broken.write_text(INSTANCERS)
+    result = run("--quiet", "-w", "20", "-cam", "camera", "-f", "1:2", broken, "a.#.exr")
+    assert result.returncode == 0, result.stderr
+    lines = result.stderr.splitlines()
+    told = {line.split("warning: ")[1].split(": ")[0]: line for line in lines}
+    assert len(lines) == 3, result.stderr
+    assert set(told) == {"/broken", "/late", "/shared/inner"}
+    assert "2 of its 3 protoIndices" in told["/broken"] and "at 1, is -1" in told["/broken"]
+    assert "at 0, is -7" in told["/late"]
+    for frame in (1, 2):
+        color = read_color(tmp_path / f"a.{frame}.exr")
+        assert color[5, 10, 0] > 5 * color[5, 10, 2]  # the red ball of the sound instancer
+        assert (
+            color[5, 6, 2] > 2 * color[5, 6, 0] > 0
+        )  # the square beside it, which no other ball hides
+    assert broken.read_text() == INSTANCERS
 
 
 def test_session_layer_is_used(stage: Path, tmp_path: Path, run: Run) -> None:
