@@ -102,7 +102,7 @@ def _light(attribute: str, value: float) -> Case:
     return build
 
 
-def _camera(**values: float) -> Case:
+def _camera(**values: float | Gf.Vec2f) -> Case:
     def build(stage: Usd.Stage, _: Path) -> None:
         camera = stage.GetPrimAtPath("/World/camera")
         for name, value in values.items():
@@ -142,6 +142,10 @@ CASES: dict[str, tuple[Case, str]] = {
         "aperture",
     ),
     "camera without focal length": (_camera(focalLength=0.0), "focalLength"),
+    "camera with its near end behind": (
+        _camera(clippingRange=Gf.Vec2f(100.0, 1.0)),
+        "/World/camera: the near end of clippingRange",
+    ),
     "camera out of focus": (_camera(fStop=2.8, focusDistance=0.0), "focusDistance"),
 }
 
@@ -165,6 +169,23 @@ def test_bad_data_is_named_and_the_rest_is_rendered(
     assert int(film.sample_counts.min()) == 4
     assert film.resolve("color")[8, 16, 3] == pytest.approx(1.0, abs=1e-5)  # the good quad
     assert hydrakit.last_frame().report.warnings > 0
+
+
+def test_textures_read_at_one_point_need_no_coordinates(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    stage = hydrakit.make_stage()
+    hydrakit.add_settings(stage)
+    header = bytes([0, 0, 2, *[0] * 9, 2, 0, 2, 0, 24, 0])  # 2 x 2 pixels of blue, green, red
+    _texture("flat.tga", header + b"\xc0\x80\x40" * 4)(stage, tmp_path)
+    texture = UsdShade.Shader(stage.GetPrimAtPath("/World/look/texture"))
+    texture.CreateInput("st", Sdf.ValueTypeNames.Float2).Set(Gf.Vec2f(0.5, 0.5))
+
+    assert hydrakit.record(stage, tmp_path / "image.exr")
+
+    assert hydrakit.last_frame().report.warnings == 0, capfd.readouterr().err
+    red, green, blue = hydrakit.last_film().resolve("color")[8, 16, :3]
+    assert 0.0 < red < green < blue
 
 
 def test_mirrored_transforms_look_like_their_originals(tmp_path: Path) -> None:
