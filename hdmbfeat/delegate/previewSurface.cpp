@@ -75,6 +75,10 @@ void translateCoordinates(const NetworkNode& node, const char* input, TextureNod
         startsWith(source.type(), "ND_UsdPrimvarReader")) {
         texture.uvPrimvar = asText(source.parameter("varname")).value_or("");
         texture.stFallback = asFloat2(source.parameter("fallback")).value_or(Float2(0.0F, 0.0F));
+        if (texture.uvPrimvar.empty()) {
+            builder.warn("node " + source.path().GetString() +
+                         " names no primvar; its fallback coordinates are used. Author varname.");
+        }
         return;
     }
     builder.warn("texture coordinates come from the unknown node " + source.type() +
