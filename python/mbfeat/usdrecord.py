@@ -8,8 +8,9 @@ and stops on Ctrl-C within a second without leaving half a file.
 
 from __future__ import annotations
 
+import os
 import sys
-from typing import Any
+from typing import Any, NoReturn
 
 from mbfeat.diagnostics import OpenUsdMessages, complain, tf_messages
 from mbfeat.runtime import RuntimeMissingError, use_runtime
@@ -308,5 +309,21 @@ class _Profile:
                 complain("--memstats: this OpenUSD keeps no memory accounts")
 
 
+def command() -> NoReturn:
+    """The program: main(), then an end without the interpreter's own shutdown.
+
+    OpenUSD frees a closed stage on threads of its own. One that asks for the interpreter's lock
+    while the interpreter shuts down is unwound through C++ frames that allow no unwinding, which
+    ends the process with an abort after everything was written.
+    """
+    try:
+        code = main()
+    except SystemExit as leaving:  # argparse: --help, --version, usage errors
+        code = leaving.code if isinstance(leaving.code, int) else int(leaving.code is not None)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    command()
