@@ -106,7 +106,9 @@ FilterSampler::FilterSampler(PixelFilter filter, float width)
 /// Inverts the distribution function of a density that is linear between the nodes.
 float FilterSampler::invert(float u) const {
     // The guide leaves a step or two of what would be a search over the whole table.
-    std::size_t above = guide_[static_cast<std::size_t>(u * kIntervals)];
+    // A u that was rounded up to 1 belongs to the last entry.
+    const auto entry = static_cast<std::size_t>(u * kIntervals);
+    std::size_t above = guide_[std::min(entry, guide_.size() - 1)];
     while (above < kIntervals && !(cdf_[above] > u)) {
         ++above;
     }
