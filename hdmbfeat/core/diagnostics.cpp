@@ -3,19 +3,25 @@
 namespace mbfeat {
 
 void Diagnostics::setHandler(Handler handler) {
+    auto shared = handler ? std::make_shared<const Handler>(std::move(handler)) : nullptr;
     const std::lock_guard lock(mutex_);
-    handler_ = std::move(handler);
+    handler_.swap(shared);
 }
 
 void Diagnostics::report(Severity severity, const std::string& subject, const std::string& text) {
-    const std::lock_guard lock(mutex_);
-    ++counts_[static_cast<int>(severity)];
-    if (seen_[{subject, text}]++ > 0) {
-        return;
+    std::shared_ptr<const Handler> handler;
+    {
+        const std::lock_guard lock(mutex_);
+        ++counts_[static_cast<int>(severity)];
+        if (seen_[{subject, text}]++ > 0) {
+            return;
+        }
+        messages_.push_back({severity, subject, text});
+        handler = handler_;
     }
-    messages_.push_back({severity, subject, text});
-    if (handler_) {
-        handler_(messages_.back());
+    // Without the lock: a host's handler may do anything, also report something.
+    if (handler) {
+        (*handler)({severity, subject, text});
     }
 }
 

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -56,8 +57,8 @@ class Diagnostics {
 public:
     using Handler = std::function<void(const Message&)>;
 
-    /// Replaces the receiver of first occurrences. Called under the sink's lock: keep it short and
-    /// do not report from inside it.
+    /// Replaces the receiver of first occurrences. It is called on the reporting thread, by several
+    /// at once, and may report itself. A call that has begun may outlast its replacement.
     void setHandler(Handler handler);
     void report(Severity severity, const std::string& subject, const std::string& text);
     void warn(const std::string& subject, const std::string& text) {
@@ -76,7 +77,7 @@ public:
 
 private:
     mutable std::mutex mutex_;
-    Handler handler_;
+    std::shared_ptr<const Handler> handler_; ///< null: nobody listens
     std::vector<Message> messages_;
     std::map<std::pair<std::string, std::string>, int> seen_;
     int counts_[3] = {0, 0, 0};

@@ -30,7 +30,7 @@ struct Host::Impl {
     std::string stage;
     ProgressStyle progressStyle = ProgressStyle::kLines;
     std::shared_ptr<const FinishedFrame> lastFrame;
-    mutable std::mutex messageMutex;
+    mutable std::recursive_mutex messageMutex; // a handler may cause the next message
     std::function<void(const Message&)> messageHandler;
     bool handlerInstalled = false;
     struct sigaction previousHandler = {};

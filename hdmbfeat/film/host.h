@@ -57,8 +57,8 @@ public:
     ProgressStyle progressStyle() const;
 
     /// Takes the delegates' messages from the application's own channel (OpenUSD's diagnostics),
-    /// which they go to without a handler. It is called on any thread, one call at a time, and must
-    /// not change the handler.
+    /// which they go to without a handler. It is called on any thread, one thread at a time, and
+    /// must not change the handler.
     void setMessageHandler(std::function<void(const Message&)> handler);
     /// Gives a message to the handler; false when there is none.
     bool deliver(const Message& message) const;

@@ -81,3 +81,17 @@ TEST_CASE("messages go to the handler while there is one") {
     CHECK_FALSE(host.deliver(message));
     CHECK(subjects == std::vector<std::string>{"/World/mesh"});
 }
+
+TEST_CASE("a message may be the consequence of another one") {
+    Host& host = Host::instance();
+    std::vector<std::string> subjects;
+    host.setMessageHandler([&](const Message& m) {
+        subjects.push_back(m.subject);
+        if (m.subject == "first") {
+            CHECK(host.deliver({Severity::kInfo, "second", ""}));
+        }
+    });
+    CHECK(host.deliver({Severity::kInfo, "first", ""}));
+    host.setMessageHandler(nullptr);
+    CHECK(subjects == std::vector<std::string>{"first", "second"});
+}
