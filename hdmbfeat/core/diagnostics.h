@@ -5,11 +5,8 @@
 // turns messages into TF diagnostics; the Python edge into exceptions.
 #pragma once
 
-#include <atomic>
 #include <functional>
-#include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
@@ -51,11 +48,24 @@ private:
 /// Success, or an error.
 using Status = std::optional<Error>;
 
-/// Collects messages; the same (subject, text) is forwarded once and then only counted, so a bad
-/// primvar does not repeat itself every frame. All members may be called from any thread.
+/// Collects messages; the same (subject, text) is forwarded once, so a bad primvar does not repeat
+/// itself every frame.
+///
+/// A message stands, and counts, until what it is about is looked at anew. What can be mended or go
+/// away reports to a section of its own, withdraws it before it checks again, and takes it along
+/// when it goes: then the count says what is wrong now, not what ever was. All members may be
+/// called from any thread, except that nothing reports to a section while it is withdrawn.
 class Diagnostics {
 public:
     using Handler = std::function<void(const Message&)>;
+
+    Diagnostics();
+    /// A section of `whole`, which it may outlive.
+    explicit Diagnostics(Diagnostics& whole);
+    /// What was reported here stands no longer.
+    ~Diagnostics();
+    Diagnostics(const Diagnostics&) = delete;
+    Diagnostics& operator=(const Diagnostics&) = delete;
 
     /// Replaces the receiver of first occurrences. It is called on the reporting thread, by several
     /// at once, and may report itself. A call that has begun may outlast its replacement.
@@ -68,19 +78,23 @@ public:
         report(Severity::kError, subject, text);
     }
 
-    /// Number of reports of that severity, repeats included.
+    /// Number of distinct messages of that severity that stand, of the whole and all its sections.
     int count(Severity severity) const;
-    /// The distinct messages so far, in order of first appearance.
+    /// The distinct messages so far, of the whole and all its sections, in order of first
+    /// appearance; also those that stand no longer.
     std::vector<Message> messages() const;
-    /// Forgets everything (a new stage was loaded).
+    /// What was reported here stands no longer. If it comes again it is not forwarded again.
+    void withdraw();
+    /// Forgets all messages: none is in messages(), and what comes again is forwarded again. What
+    /// sections reported still stands.
     void clear();
 
 private:
-    mutable std::mutex mutex_;
-    std::shared_ptr<const Handler> handler_; ///< null: nobody listens
-    std::vector<Message> messages_;
-    std::map<std::pair<std::string, std::string>, int> seen_;
-    int counts_[3] = {0, 0, 0};
+    struct Known;
+    struct Shared;
+
+    std::shared_ptr<Shared> shared_; ///< of the whole and its sections
+    std::vector<Known*> standing_;   ///< reported here; sorted, guarded by the shared mutex
 };
 
 } // namespace mbfeat

@@ -148,9 +148,10 @@ bool writeSceneDump(RenderParam& param, const HdCommandArgs& args) {
     stream << dumpScene(param.acquireSceneForEdit());
     stream.close();
     if (stream.fail()) {
-        param.diagnostics().error("dumpScene", "cannot write \"" + file +
-                                                   "\"; nothing is written. Give a writable path "
-                                                   "as the argument file.");
+        Diagnostics(param.diagnostics()) // no fault of any image: it stands for this call only
+            .error("dumpScene", "cannot write \"" + file +
+                                    "\"; nothing is written. Give a writable path as the argument "
+                                    "file.");
         return false;
     }
     return true;

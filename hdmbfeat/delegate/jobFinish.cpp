@@ -53,7 +53,7 @@ void writeProducts(const JobResult& result, Diagnostics& diagnostics, RenderRepo
 
 } // namespace
 
-void finishJob(const JobResult& result, Diagnostics& diagnostics, RenderReport& report) {
+void finishJob(const JobResult& result, Diagnostics& messages, RenderReport& report) {
     for (const Error& error : result.errors) {
         report.errors.push_back(error.subject + ": " + error.text);
     }
@@ -61,19 +61,19 @@ void finishJob(const JobResult& result, Diagnostics& diagnostics, RenderReport& 
         removeStale(path);
     }
     const bool badData =
-        diagnostics.count(Severity::kWarning) > 0 || diagnostics.count(Severity::kError) > 0;
+        messages.count(Severity::kWarning) > 0 || messages.count(Severity::kError) > 0;
     if (result.onError == OnError::kAbort && badData) {
         addError({"mbfeat:onError", "it is abort and there were warnings or errors; no product "
                                     "is written. Repair what they name, or set it to warn."},
-                 diagnostics, report);
+                 messages, report);
     } else if (!report.interrupted) {
         const auto begin = std::chrono::steady_clock::now();
-        writeProducts(result, diagnostics, report);
-        report.warnings = diagnostics.count(Severity::kWarning);
+        writeProducts(result, messages, report);
         report.seconds.emplace_back(
             "write",
             std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
     }
+    report.warnings = messages.count(Severity::kWarning);
     auto frame = std::make_shared<FinishedFrame>();
     frame->images = result.images;
     frame->report = report;

@@ -23,7 +23,7 @@ struct JobResult {
 /// Writes the products, adds files and errors to the report and publishes the frame. A product
 /// that fails costs that product: an older image of ours at its path is removed, so that it is not
 /// taken for the new one; any other file there stays. An interrupted job writes nothing. Runs on
-/// the render thread.
-void finishJob(const JobResult& result, Diagnostics& diagnostics, RenderReport& report);
+/// the render thread. `messages` are the job's, a section of all.
+void finishJob(const JobResult& result, Diagnostics& messages, RenderReport& report);
 
 } // namespace mbfeat

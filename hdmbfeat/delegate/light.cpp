@@ -98,7 +98,8 @@ bool isHostLight(const SdfPath& id) {
 LightPrim::LightPrim(const SdfPath& id, LightType type, RenderParam& param)
     : HdLight(id),
       type_(type),
-      param_(param) {
+      param_(param),
+      messages_(param.diagnostics()) {
     param_.registerLight(this);
 }
 
@@ -108,7 +109,7 @@ LightPrim::~LightPrim() {
 
 void LightPrim::Sync(HdSceneDelegate* delegate, HdRenderParam* /*renderParam*/,
                      HdDirtyBits* dirtyBits) {
-    guarded(param_.diagnostics(), GetId().GetString(), [&] { syncPrim(delegate, dirtyBits); });
+    guarded(messages_, GetId().GetString(), [&] { syncPrim(delegate, dirtyBits); });
     *dirtyBits = Clean;
 }
 
@@ -149,12 +150,14 @@ void LightPrim::updateDomeVisibility() {
     for (Light& light : published_) {
         if (light.visibleToCamera != isVisibleToCamera()) {
             light.visibleToCamera = isVisibleToCamera();
-            param_.acquireSceneForEdit().setLight(light);
+            param_.acquireSceneForEdit().setLight(light, messages_);
         }
     }
 }
 
 void LightPrim::syncPrim(HdSceneDelegate* delegate, HdDirtyBits* dirtyBits) {
+    param_.acquireSceneForEdit(); // no job counts messages while they change
+    messages_.withdraw();
     _UpdateInstancer(delegate, dirtyBits);
     removePublished();
     if (!delegate->GetVisible(GetId())) {
@@ -175,7 +178,7 @@ void LightPrim::syncPrim(HdSceneDelegate* delegate, HdDirtyBits* dirtyBits) {
         !light.texture.path.empty() && (type_ == LightType::kDome || type_ == LightType::kRect);
     light.visibleToCamera = isVisibleToCamera();
     light.isCameraLight = isHostLight(GetId());
-    sanitize(light, param_.diagnostics());
+    sanitize(light, messages_);
 
     std::vector<AffineD> transforms = computeTransforms(delegate);
     const VtValue offset = parameters.get("domeOffset");
@@ -186,16 +189,15 @@ void LightPrim::syncPrim(HdSceneDelegate* delegate, HdDirtyBits* dirtyBits) {
                 ? concatenate(toAffine(offset.UncheckedGet<GfMatrix4d>()), transforms[i])
                 : transforms[i];
         if (!isFinite(instance.toWorld) || instance.toWorld.determinant() == 0.0) {
-            param_.diagnostics().warn(light.path,
-                                      "its transform is singular or not finite; it gives no "
-                                      "light. Author scales that are not zero.");
+            messages_.warn(light.path, "its transform is singular or not finite; it gives no "
+                                       "light. Author scales that are not zero.");
             continue;
         }
         if (!GetInstancerId().IsEmpty()) {
             instance.path += "[" + std::to_string(i) + "]";
         }
         published_.push_back(instance);
-        param_.acquireSceneForEdit().setLight(std::move(instance));
+        param_.acquireSceneForEdit().setLight(std::move(instance), messages_);
     }
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/diagnostics.h"
 #include "pxr/imaging/hd/light.h"
 #include "scene/light.h"
 
@@ -35,6 +36,7 @@ private:
 
     LightType type_;
     RenderParam& param_;
+    Diagnostics messages_;         ///< of the last sync
     std::vector<Light> published_; ///< as the scene has them: one, or one an instance
 };
 

@@ -29,20 +29,25 @@ std::set<std::string> primvarsOf(Material& material) {
 
 } // namespace
 
-MaterialPrim::MaterialPrim(const SdfPath& id) : HdMaterial(id) {}
+MaterialPrim::MaterialPrim(const SdfPath& id, RenderParam& param)
+    : HdMaterial(id),
+      messages_(param.diagnostics()) {}
+
 MaterialPrim::~MaterialPrim() = default;
 
 void MaterialPrim::Sync(HdSceneDelegate* delegate, HdRenderParam* renderParam,
                         HdDirtyBits* dirtyBits) {
     auto& param = *static_cast<RenderParam*>(renderParam);
     const std::string path = GetId().GetString();
-    guarded(param.diagnostics(), path, [&] {
+    guarded(messages_, path, [&] {
+        param.acquireSceneForEdit(); // no job counts messages while they change
+        messages_.withdraw();
         const VtValue resource = delegate->GetMaterialResource(GetId());
         HdMaterialNetwork2 network;
         if (resource.IsHolding<HdMaterialNetworkMap>()) {
             network = HdConvertToHdMaterialNetwork2(resource.UncheckedGet<HdMaterialNetworkMap>());
         }
-        std::optional<Material> material = translateMaterial(path, network, param.diagnostics());
+        std::optional<Material> material = translateMaterial(path, network, messages_);
         const std::set<std::string> primvars =
             material ? primvarsOf(*material) : std::set<std::string>();
         if (material) {

@@ -38,7 +38,12 @@ std::uint16_t slotOf(std::vector<std::string>& materials, const std::string& pat
 
 } // namespace
 
-MeshPrim::MeshPrim(const SdfPath& id, RenderParam& param) : HdMesh(id), param_(param) {
+MeshPrim::MeshPrim(const SdfPath& id, RenderParam& param)
+    : HdMesh(id),
+      param_(param),
+      meshMessages_(param.diagnostics()),
+      placeMessages_(param.diagnostics()),
+      publishMessages_(param.diagnostics()) {
     geometry_.path = id.GetString();
     param_.registerMesh(this);
 }
@@ -64,7 +69,7 @@ void MeshPrim::_InitRepr(const TfToken& reprToken, HdDirtyBits* /*dirtyBits*/) {
 void MeshPrim::Sync(HdSceneDelegate* delegate, HdRenderParam* renderParam, HdDirtyBits* dirtyBits,
                     const TfToken& /*reprToken*/) {
     auto& param = *static_cast<RenderParam*>(renderParam);
-    guarded(param.diagnostics(), geometry_.path, [&] { syncPrim(delegate, param, dirtyBits); });
+    guarded(publishMessages_, geometry_.path, [&] { syncPrim(delegate, param, dirtyBits); });
     *dirtyBits &= ~HdChangeTracker::AllSceneDirtyBits;
 }
 
@@ -82,7 +87,7 @@ void MeshPrim::syncPrim(HdSceneDelegate* delegate, RenderParam& param, HdDirtyBi
         updateMesh(delegate, param);
     }
     if ((*dirtyBits & kTransformBits) != 0) {
-        updateTransforms(delegate, param);
+        updateTransforms(delegate);
     }
     publish(param);
 }
@@ -98,25 +103,27 @@ void MeshPrim::updateMaterials(HdSceneDelegate* /*delegate*/, const HdMeshTopolo
 }
 
 void MeshPrim::updateMesh(HdSceneDelegate* delegate, RenderParam& param) {
+    meshMessages_.withdraw();
     HdMeshTopology topology = GetMeshTopology(delegate);
     updateMaterials(delegate, topology);
     const int refineLevel = GetDisplayStyle(delegate).refineLevel;
     if (refineLevel > 0 && topology.GetScheme() != tokens().none) {
-        param.diagnostics().report(
+        meshMessages_.report(
             Severity::kInfo, "complexity",
             "subdivision surfaces are rendered as their control meshes with smooth normals; the "
             "refinement level is not used.");
     }
     fetchedPrimvars_ = param.primvarsFor(geometry_.materials);
     const MeshSource source(*this, delegate, topology, subsetSlots_, fetchedPrimvars_,
-                            param.diagnostics());
-    geometry_.mesh = buildMesh(source.raw(), param.diagnostics());
+                            meshMessages_);
+    geometry_.mesh = buildMesh(source.raw(), meshMessages_);
     if (geometry_.mesh->triangles.empty()) {
         param.countSkippedPrim();
     }
 }
 
-void MeshPrim::updateTransforms(HdSceneDelegate* delegate, RenderParam& param) {
+void MeshPrim::updateTransforms(HdSceneDelegate* delegate) {
+    placeMessages_.withdraw();
     const AffineD local = toAffine(delegate->GetTransform(GetId()));
     geometry_.instanced = !GetInstancerId().IsEmpty();
     geometry_.instanceIds.clear();
@@ -130,21 +137,20 @@ void MeshPrim::updateTransforms(HdSceneDelegate* delegate, RenderParam& param) {
                 transform = concatenate(local, transform);
             }
         } else {
-            param.diagnostics().warn(geometry_.path, "its instancer " +
-                                                         GetInstancerId().GetString() +
-                                                         " does not exist; nothing of it is "
-                                                         "rendered. Check the instancer's prim.");
+            placeMessages_.warn(geometry_.path, "its instancer " + GetInstancerId().GetString() +
+                                                    " does not exist; nothing of it is rendered. "
+                                                    "Check the instancer's prim.");
         }
     } else {
         geometry_.transforms = {local};
     }
-    dropUnusable(geometry_, param.diagnostics());
+    dropUnusable(geometry_, placeMessages_);
 }
 
 void MeshPrim::UpdateRenderTag(HdSceneDelegate* delegate, HdRenderParam* renderParam) {
     HdMesh::UpdateRenderTag(delegate, renderParam);
     auto& param = *static_cast<RenderParam*>(renderParam);
-    guarded(param.diagnostics(), geometry_.path, [&] { updateFilter(param); });
+    guarded(publishMessages_, geometry_.path, [&] { updateFilter(param); });
 }
 
 bool MeshPrim::passesFilter(const VisibilityFilter& filter) const {
@@ -157,7 +163,9 @@ void MeshPrim::publish(RenderParam& param) {
     if (geometry_.mesh == nullptr) { // it could not be built: keep what was there
         return;
     }
-    param.acquireSceneForEdit().setGeometry(geometry_);
+    Scene& scene = param.acquireSceneForEdit();
+    publishMessages_.withdraw();
+    scene.setGeometry(geometry_, publishMessages_);
     published_ = true;
 }
 

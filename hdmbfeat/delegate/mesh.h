@@ -46,12 +46,13 @@ private:
     void syncPrim(HdSceneDelegate* delegate, RenderParam& param, HdDirtyBits* dirtyBits);
     void updateMesh(HdSceneDelegate* delegate, RenderParam& param);
     void updateMaterials(HdSceneDelegate* delegate, const HdMeshTopology& topology);
-    void updateTransforms(HdSceneDelegate* delegate, RenderParam& param);
+    void updateTransforms(HdSceneDelegate* delegate);
     bool passesFilter(const VisibilityFilter& filter) const;
     void publish(RenderParam& param);
 
     RenderParam& param_;
-    HdSceneDelegate* delegate_ = nullptr; ///< of the last sync
+    Diagnostics meshMessages_, placeMessages_, publishMessages_; ///< of the last of each
+    HdSceneDelegate* delegate_ = nullptr;                        ///< of the last sync
     Geometry geometry_;
     std::set<std::string> fetchedPrimvars_;
     std::vector<std::uint16_t> subsetSlots_; ///< material slot of each subset of the topology

@@ -78,12 +78,13 @@ struct IntegerSource {
 
 RenderBuffer::RenderBuffer(const SdfPath& id, Diagnostics& diagnostics)
     : HdRenderBuffer(id),
-      diagnostics_(diagnostics) {}
+      messages_(diagnostics) {}
 
 RenderBuffer::~RenderBuffer() = default;
 
 bool RenderBuffer::Allocate(const GfVec3i& dimensions, HdFormat format, bool /*multiSampled*/) {
     _Deallocate();
+    messages_.withdraw();
     const bool valid = dimensions[0] >= 0 && dimensions[1] >= 0 && dimensions[2] == 1 &&
                        format != HdFormatInvalid && format != HdFormatFloat32UInt8;
     if (!valid) {
@@ -102,11 +103,11 @@ bool RenderBuffer::Allocate(const GfVec3i& dimensions, HdFormat format, bool /*m
         height_ = static_cast<unsigned int>(dimensions[1]);
         format_ = format;
     } catch (const std::exception& failure) {
-        diagnostics_.error(GetId().GetString(),
-                           "a buffer of " + std::to_string(dimensions[0]) + " x " +
-                               std::to_string(dimensions[1]) + " pixels could not be allocated (" +
-                               failure.what() +
-                               "); it stays empty. Render a smaller image or free memory.");
+        messages_.error(GetId().GetString(),
+                        "a buffer of " + std::to_string(dimensions[0]) + " x " +
+                            std::to_string(dimensions[1]) + " pixels could not be allocated (" +
+                            failure.what() +
+                            "); it stays empty. Render a smaller image or free memory.");
         return false;
     }
     return true;

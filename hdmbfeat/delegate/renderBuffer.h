@@ -55,7 +55,7 @@ private:
     template <class Source>
     void writeRows(const Source& source, int x, int y, int width, int height);
 
-    Diagnostics& diagnostics_;
+    Diagnostics messages_; ///< of the last allocation
     std::mutex mutex_;
     std::vector<std::uint8_t> data_;
     unsigned int width_ = 0, height_ = 0;

@@ -152,7 +152,7 @@ HdSprim* RenderDelegate::CreateSprim(const TfToken& typeId, const SdfPath& sprim
         return std::make_unique<HdCamera>(sprimId).release();
     }
     if (typeId == tokens().material) {
-        return std::make_unique<MaterialPrim>(sprimId).release();
+        return std::make_unique<MaterialPrim>(sprimId, *param_).release();
     }
     if (typeId == tokens().extComputation) {
         return std::make_unique<HdExtComputation>(sprimId).release();
@@ -233,9 +233,9 @@ bool RenderDelegate::InvokeCommand(const TfToken& command, const HdCommandArgs& 
                 [&] { written = writeSceneDump(*param_, args); });
         return written;
     }
-    param_->diagnostics().error(command.GetString(),
-                                "there is no such command; nothing is done. restart and "
-                                "dumpScene are.");
+    Diagnostics(param_->diagnostics()) // no fault of any image: it stands for this call only
+        .error(command.GetString(), "there is no such command; nothing is done. restart and "
+                                    "dumpScene are.");
     return false;
 }
 

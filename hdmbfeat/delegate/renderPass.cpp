@@ -42,7 +42,8 @@ std::size_t pathSampleBytes(const RenderOptions& options) {
 RenderPass::RenderPass(HdRenderIndex* index, const HdRprimCollection& collection,
                        RenderParam& param)
     : HdRenderPass(index, collection),
-      param_(param) {}
+      param_(param),
+      messages_(param.diagnostics()) {}
 
 RenderPass::~RenderPass() {
     if (hasJob_) {
@@ -54,7 +55,8 @@ void RenderPass::_Execute(const HdRenderPassStateSharedPtr& renderPassState,
                           const TfTokenVector& renderTags) {
     // Whatever goes wrong, the host must not wait for ever.
     converged_ = true;
-    guarded(param_.diagnostics(), "render pass", [&] { execute(*renderPassState, renderTags); });
+    messages_.withdraw();
+    guarded(messages_, "render pass", [&] { execute(*renderPassState, renderTags); });
 }
 
 void RenderPass::execute(const HdRenderPassState& state, const TfTokenVector& renderTags) {
@@ -135,7 +137,7 @@ std::vector<RenderPass::Target> RenderPass::resolveTargets(const HdRenderPassSta
         target.aov = binding.aovName.GetString();
         target.buffer = bufferOf(binding, *GetRenderIndex());
         if (target.buffer == nullptr) {
-            param_.diagnostics().error(target.aov, "this AOV is bound without a buffer of this "
+            messages_.error(target.aov, "this AOV is bound without a buffer of this "
                                                    "renderer; it is not rendered.");
             continue;
         }
@@ -182,14 +184,14 @@ std::int64_t RenderPass::currentFrame() const {
 
 void RenderPass::addViewportView(const HdRenderPassState& state, const std::vector<Target>& targets,
                                  RenderJob& job, JobResult& result) {
-    const Viewport viewport = resolveViewport(state, true, param_.diagnostics());
+    const Viewport viewport = resolveViewport(state, true, *job.messages);
     FilmRequest request;
     request.window = viewport.window;
     request.samplesPerPixel = job.options.samplesPerPixel;
     request.aovs = {tokens().color.GetString()};
     for (const Target& target : targets) {
         if (!findAov(target.aov)) {
-            param_.diagnostics().error(
+            job.messages->error(
                 target.asColor ? "mbfeat:viewAov" : target.aov,
                 "there is no AOV " + target.aov + "; " +
                     (target.asColor ? "color is shown" : "its buffer stays empty") +
@@ -201,7 +203,7 @@ void RenderPass::addViewportView(const HdRenderPassState& state, const std::vect
     }
     Result<std::shared_ptr<Film>> film = Film::create(request, pathSampleBytes(job.options));
     if (!film) {
-        param_.diagnostics().error(film.error().subject, film.error().text);
+        job.messages->error(film.error().subject, film.error().text);
         result.errors.push_back(film.error());
         return;
     }
@@ -214,9 +216,9 @@ void RenderPass::addViewportView(const HdRenderPassState& state, const std::vect
 void RenderPass::addProductViews(const HdRenderPassState& state, const RenderSettingsPrim& products,
                                  RenderJob& job, JobResult& result) {
     ProductPlan plan = planProducts(products.GetRenderProducts(), *GetRenderIndex(), job.options,
-                                    state.GetEnableExposureCompensation(), param_.diagnostics());
+                                    state.GetEnableExposureCompensation(), *job.messages);
     for (const Error& error : plan.errors) {
-        param_.diagnostics().error(error.subject, error.text);
+        job.messages->error(error.subject, error.text);
     }
     result.errors = std::move(plan.errors);
     result.staleFiles = std::move(plan.staleFiles);
@@ -228,7 +230,7 @@ void RenderPass::addProductViews(const HdRenderPassState& state, const RenderSet
         if (!film) {
             for (const ProductSpec& product : view.products) {
                 const Error error{product.primPath, film.error().text};
-                param_.diagnostics().error(error.subject, error.text);
+                job.messages->error(error.subject, error.text);
                 result.errors.push_back(error);
                 result.staleFiles.push_back(product.path);
             }
@@ -249,6 +251,7 @@ void RenderPass::startJob(const HdRenderPassState& state, const std::vector<Targ
     hasJob_ = false;
     film_.reset();
     RenderJob job;
+    job.messages = std::make_shared<Diagnostics>(param_.diagnostics());
     job.options = param_.settings().options();
     job.settings = param_.settings().resolved();
     job.frame = currentFrame();
@@ -272,9 +275,8 @@ void RenderPass::startJob(const HdRenderPassState& state, const std::vector<Targ
     if (job.views.empty()) {
         addViewportView(state, targets, job, result);
     }
-    Diagnostics& diagnostics = param_.diagnostics();
-    job.finish = [result = std::move(result), &diagnostics](RenderReport& report) {
-        finishJob(result, diagnostics, report);
+    job.finish = [result = std::move(result), messages = job.messages](RenderReport& report) {
+        finishJob(result, *messages, report);
     };
     ++jobNumber_;
     hasJob_ = true;
@@ -303,7 +305,7 @@ void RenderPass::showFilms(std::vector<Target>& targets, bool done) {
 }
 
 void RenderPass::giveUp(const HdRenderPassState& state, const std::string& why) {
-    param_.diagnostics().error("render pass", why);
+    messages_.error("render pass", why);
     for (const HdRenderPassAovBinding& binding : state.GetAovBindings()) {
         if (RenderBuffer* const buffer = bufferOf(binding, *GetRenderIndex())) {
             fillWithClearValue(*buffer, binding.aovName.GetString());

@@ -65,7 +65,8 @@ private:
     std::int64_t currentFrame() const;
 
     RenderParam& param_;
-    Fingerprint started_; ///< of the running or last job
+    Diagnostics messages_; ///< of the last execution
+    Fingerprint started_;  ///< of the running or last job
     bool hasJob_ = false;
     bool shown_ = false; ///< the finished job's films are in buffers
     std::uint64_t jobNumber_ = 0;

@@ -20,7 +20,10 @@ bool startsWith(const std::string& text, const char* prefix) {
 
 } // namespace
 
-SettingsStack::SettingsStack(Diagnostics& diagnostics) : diagnostics_(diagnostics) {
+SettingsStack::SettingsStack(Diagnostics& diagnostics)
+    : diagnostics_(diagnostics),
+      primMessages_(diagnostics),
+      overrideMessages_(diagnostics) {
     for (const Error& error : settings_.readEnvironment()) {
         diagnostics_.error(error.subject, error.text);
     }
@@ -28,10 +31,10 @@ SettingsStack::SettingsStack(Diagnostics& diagnostics) : diagnostics_(diagnostic
 }
 
 void SettingsStack::set(SettingSource source, const std::string& subject, const std::string& name,
-                        const SettingValue& value) {
+                        const SettingValue& value, Diagnostics& messages) {
     if (const Status status = settings_.set(source, name, value)) {
-        diagnostics_.error(subject.empty() ? status->subject : subject,
-                           subject.empty() ? status->text : status->subject + ": " + status->text);
+        messages.error(subject.empty() ? status->subject : subject,
+                       subject.empty() ? status->text : status->subject + ": " + status->text);
     }
 }
 
@@ -51,13 +54,15 @@ void SettingsStack::setFromHost(const TfToken& key, const VtValue& value) {
     if (!startsWith(key.GetString(), kPrefix)) {
         return;
     }
+    Diagnostics& messages = hostMessages_.try_emplace(key.GetString(), diagnostics_).first->second;
+    messages.withdraw();
     if (const std::optional<SettingValue> setting = asSetting(value)) {
-        set(SettingSource::kHost, "", key.GetString(), *setting);
+        set(SettingSource::kHost, "", key.GetString(), *setting, messages);
         ++version_;
     } else {
-        diagnostics_.error(key.GetString(), "a value of type " + value.GetTypeName() +
-                                                " fits no setting (host); it is ignored. Give a "
-                                                "number, a bool or a text.");
+        messages.error(key.GetString(), "a value of type " + value.GetTypeName() +
+                                            " fits no setting (host); it is ignored. Give a "
+                                            "number, a bool or a text.");
     }
 }
 
@@ -74,6 +79,7 @@ void SettingsStack::setFromPrim(const std::string& primPath, const VtDictionary&
         return;
     }
     primSettings_ = std::move(texts);
+    primMessages_.withdraw();
     settings_.clear(SettingSource::kPrim);
     for (const auto& [name, value] : found) {
         const std::optional<SettingValue> setting = asSetting(value);
@@ -81,11 +87,11 @@ void SettingsStack::setFromPrim(const std::string& primPath, const VtDictionary&
             continue; // settings of the denoise pass, which reads them itself
         }
         if (setting) {
-            set(SettingSource::kPrim, primPath, name, *setting);
+            set(SettingSource::kPrim, primPath, name, *setting, primMessages_);
         } else {
-            diagnostics_.error(primPath, name + " has type " + value.GetTypeName() +
-                                             ", which fits no setting; it is ignored. Author a "
-                                             "number, a bool or a token.");
+            primMessages_.error(primPath, name + " has type " + value.GetTypeName() +
+                                              ", which fits no setting; it is ignored. Author a "
+                                              "number, a bool or a token.");
         }
     }
     ++version_;
@@ -96,6 +102,7 @@ void SettingsStack::clearPrim() {
         return;
     }
     primSettings_.clear();
+    primMessages_.withdraw();
     settings_.clear(SettingSource::kPrim);
     ++version_;
 }
@@ -106,9 +113,10 @@ void SettingsStack::refreshOverrides() {
         return;
     }
     overrides_ = std::move(overrides);
+    overrideMessages_.withdraw();
     settings_.clear(SettingSource::kCommandLine);
     for (const auto& [name, value] : overrides_) {
-        set(SettingSource::kCommandLine, "", name, value);
+        set(SettingSource::kCommandLine, "", name, value, overrideMessages_);
     }
     ++version_;
 }

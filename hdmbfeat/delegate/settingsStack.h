@@ -4,7 +4,7 @@
 #include "pxr/pxr.h"
 
 #include <cstdint>
-#include <set>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -45,9 +45,11 @@ public:
 
 private:
     void set(SettingSource source, const std::string& subject, const std::string& name,
-             const SettingValue& value);
+             const SettingValue& value, Diagnostics& messages);
 
     Diagnostics& diagnostics_;
+    std::map<std::string, Diagnostics> hostMessages_; ///< by setting: of the last value
+    Diagnostics primMessages_, overrideMessages_;
     Settings settings_;
     std::vector<std::pair<std::string, std::string>> overrides_;
     std::vector<std::pair<std::string, std::string>> primSettings_;

@@ -110,7 +110,7 @@ struct Renderer::Impl {
     void fail(const char* what) {
         const std::string text = std::string("the render stopped: ") + what +
                                  ". Lower the resolution or the number of AOVs, or free memory.";
-        scene.diagnostics().error("MBFeat", text);
+        job.messages->error("MBFeat", text);
         const std::lock_guard lock(reportMutex);
         report.errors.push_back(text);
         converged = true;
@@ -166,7 +166,6 @@ struct Renderer::Impl {
             report.trace = {after.paths - before.paths, after.rays - before.rays,
                             after.shadowRays - before.shadowRays,
                             after.nonFinite - before.nonFinite};
-            report.warnings = scene.diagnostics().count(Severity::kWarning);
             report.interrupted = interrupted();
             finished = report;
         }
@@ -184,10 +183,11 @@ struct Renderer::Impl {
         request.recordFlags = view.film->recordFlags();
         request.primvars = view.film->primvars();
         request.frame = job.frame;
+        request.messages = job.messages.get();
         if (const Status problem = integrator.setView(view.camera, view.film->window(), request)) {
             const std::string subject =
                 view.cameraPath.empty() ? problem->subject : view.cameraPath;
-            scene.diagnostics().error(subject, problem->text);
+            job.messages->error(subject, problem->text);
             const std::lock_guard lock(reportMutex);
             report.errors.push_back(subject + ": " + problem->text);
             return;
@@ -319,6 +319,9 @@ void Renderer::start(RenderJob job) {
         if (view.samplesPerPixel <= 0) {
             view.samplesPerPixel = job.options.samplesPerPixel;
         }
+    }
+    if (!job.messages) {
+        job.messages = std::make_shared<Diagnostics>(impl_->scene.diagnostics());
     }
     RenderReport report;
     report.version = MBFEAT_VERSION;

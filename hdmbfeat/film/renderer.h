@@ -30,6 +30,9 @@ struct RenderJob {
     RenderOptions options;
     std::vector<Settings::Resolved> settings; ///< what options came from, for the report
     std::int64_t frame = 0;
+    /// What this job, rather than the scene, has to complain of; null: made by start(). A section
+    /// of the scene's, so that it stands until the next job replaces this one.
+    std::shared_ptr<Diagnostics> messages;
     /// First passes at few samples, for a viewer; else large passes.
     bool interactive = false;
     /// Called on the render thread after the last sample (also of an interrupted job whose host

@@ -23,8 +23,8 @@ struct RenderReport {
     std::vector<std::pair<std::string, double>> seconds;
     std::vector<std::string> written; ///< files
     std::vector<std::string> errors;  ///< e.g. products that could not be written
-    int warnings = 0;
-    bool interrupted = false; ///< ended before all samples
+    int warnings = 0;                 ///< distinct ones, of this render and of the scene's data
+    bool interrupted = false;         ///< ended before all samples
 
     double totalSeconds() const;
     /// The report as a JSON object.

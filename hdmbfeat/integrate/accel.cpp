@@ -102,7 +102,10 @@ EmbreeGeometry triangleGeometry(RTCDevice device, const std::vector<Float3>& poi
 
 } // namespace
 
-Accel::Accel(Diagnostics& diagnostics) : diagnostics_(diagnostics), device_(rtcNewDevice(nullptr)) {
+Accel::Accel(Diagnostics& diagnostics)
+    : diagnostics_(diagnostics),
+      bindingMessages_(diagnostics),
+      device_(rtcNewDevice(nullptr)) {
     rtcSetDeviceErrorFunction(device_.get(), deviceError, &diagnostics_);
 }
 
@@ -235,6 +238,7 @@ void Accel::updateBounds() {
 }
 
 void Accel::bindMaterials(const Scene& scene) {
+    bindingMessages_.withdraw();
     mayCutOut_ = false;
     triangles_ = 0;
     instances_ = 0;
@@ -250,7 +254,7 @@ void Accel::bindMaterials(const Scene& scene) {
             record.materials.push_back(scene.materials()[index]);
             const Material& material = *record.materials.back();
             record.bindings.push_back(
-                bindMaterial(material, *record.mesh, record.source->path, diagnostics_));
+                bindMaterial(material, *record.mesh, record.source->path, bindingMessages_));
             record.mayCutOut = record.mayCutOut || material.mayCutOut();
             record.emits = record.emits || material.emits();
         }

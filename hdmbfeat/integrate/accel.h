@@ -117,6 +117,7 @@ private:
     void updateBounds();
 
     Diagnostics& diagnostics_;
+    Diagnostics bindingMessages_; ///< of the last bindMaterials()
     EmbreeDevice device_;
     EmbreeScene top_;
     std::vector<TopEntry> topEntries_; ///< by geomID of the top scene

@@ -35,7 +35,7 @@ std::size_t shardOfThread() {
 constexpr std::uint32_t kPathFlags = kRecordFeatures | kRecordExtended | kRecordFirstNonDelta;
 
 /// Only this many bad samples are logged one by one; all are counted.
-constexpr std::uint64_t kLoggedNonFinite = 8;
+constexpr int kLoggedNonFinite = 8;
 
 bool finiteRecord(const PathRecord& record) {
     bool finite = isFinite(record.radiance) && isFinite(record.emission) && isFinite(record.tail);
@@ -62,11 +62,15 @@ void scaleExposure(PathRecord& record, float scale) {
 } // namespace
 
 struct Integrator::Impl {
-    explicit Impl(Scene& scene) : scene(scene), accel(scene.diagnostics()) {}
+    explicit Impl(Scene& scene)
+        : scene(scene),
+          accel(scene.diagnostics()),
+          lightMessages(scene.diagnostics()) {}
 
     Scene& scene;
     Accel accel;
     LightSampler lights;
+    Diagnostics lightMessages; ///< of the last time that the lights were prepared
     bool lightsHaveMultipliers = false;
     bool committedOnce = false;
     SceneChanges pending; ///< what an interrupted commit left to do
@@ -75,6 +79,7 @@ struct Integrator::Impl {
     CameraRays camera;
     FilterSampler filter{PixelFilter::kBox, 1.0F};
     mutable std::array<CounterShard, kShards> counters;
+    mutable std::atomic<int> loggedNonFinite{0}; ///< of this view
 
     void recordFirstHit(const RayHit& hit, const CameraRay& ray, PathRecord& record) const {
         record.depth = 1.0F;
@@ -106,13 +111,13 @@ struct Integrator::Impl {
         record.subpixel = subpixel;
         record.filterWeight = weight;
         record.nonFinite = true;
-        const std::uint64_t before =
-            counters[shardOfThread()].nonFinite.fetch_add(1, std::memory_order_relaxed);
-        if (before < kLoggedNonFinite) {
-            scene.diagnostics().warn(
-                "pixel " + std::to_string(x) + ", " + std::to_string(y),
-                "sample " + std::to_string(sampleIndex) +
-                    " is not finite; it counts as zero (AOV nonFinite). Please report the scene.");
+        counters[shardOfThread()].nonFinite.fetch_add(1, std::memory_order_relaxed);
+        if (loggedNonFinite.fetch_add(1, std::memory_order_relaxed) < kLoggedNonFinite) {
+            (request.messages != nullptr ? *request.messages : scene.diagnostics())
+                .warn("pixel " + std::to_string(x) + ", " + std::to_string(y),
+                      "sample " + std::to_string(sampleIndex) +
+                          " is not finite; it counts as zero (AOV nonFinite). Please report the "
+                          "scene.");
         }
     }
 };
@@ -136,8 +141,9 @@ bool Integrator::commit(const RenderOptions& options, const std::function<bool()
         m.accel.bindMaterials(m.scene);
     }
     if (rebuilt || m.pending.materials || m.pending.lights) {
+        m.lightMessages.withdraw();
         m.lights.commit(m.scene.lights(), m.scene.origin(), m.accel.bounds().radius(),
-                        m.accel.collectEmissiveTriangles(), m.scene.diagnostics());
+                        m.accel.collectEmissiveTriangles(), m.lightMessages);
         m.lightsHaveMultipliers =
             std::any_of(m.scene.lights().begin(), m.scene.lights().end(), [](const auto& light) {
                 return light->diffuse != 1.0F || light->specular != 1.0F;
@@ -175,6 +181,7 @@ Status Integrator::setView(const Camera& camera, const ImageWindow& window,
                                "the product's resolution."};
     }
     m.request = request;
+    m.loggedNonFinite = 0;
     m.camera = CameraRays(camera, window, m.scene.origin());
     m.filter = FilterSampler(request.options.pixelFilter, request.options.pixelFilterWidth);
     return {};

@@ -22,6 +22,7 @@ struct IntegratorRequest {
     std::uint32_t recordFlags = kRecordColor;
     std::vector<std::string> primvars; ///< names behind primvars:*, at most kMaxPrimvarAovs
     std::int64_t frame = 0;
+    Diagnostics* messages = nullptr; ///< for bad samples; null: the scene's
 };
 
 /// Counts that the integrator keeps; read between renders.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <utility>
 
 #include <tbb/parallel_for.h>
@@ -126,15 +127,18 @@ bool placementDiffers(const Geometry& before, const Geometry& after) {
 
 } // namespace
 
-Scene::Scene(Diagnostics& diagnostics) : diagnostics_(diagnostics), textures_(diagnostics) {
+Scene::Scene(Diagnostics& diagnostics)
+    : diagnostics_(diagnostics),
+      bindingMessages_(diagnostics),
+      textures_(diagnostics) {
     materials_.push_back(makeDefaultMaterial());
 }
 
 Scene::~Scene() = default;
 
-void Scene::setGeometry(Geometry geometry) {
-    cleanTransforms(geometry, diagnostics_);
-    cleanSlots(geometry, diagnostics_);
+void Scene::setGeometry(Geometry geometry, Diagnostics& messages) {
+    cleanTransforms(geometry, messages);
+    cleanSlots(geometry, messages);
     auto shared = std::make_shared<const Geometry>(std::move(geometry));
     const std::lock_guard lock(mutex_);
     geometryByPath_[shared->path] = shared;
@@ -158,15 +162,15 @@ void Scene::removeMaterial(const std::string& path) {
     version_ += materialByPath_.erase(path);
 }
 
-void Scene::setLight(Light light) {
+void Scene::setLight(Light light, Diagnostics& messages) {
     if (!isFinite(light.toWorld) || !isInvertible(light.toWorld)) {
-        diagnostics_.warn(light.path, "has a transform that is not finite or not invertible (a "
-                                      "scale of zero?); the light is off");
+        messages.warn(light.path, "has a transform that is not finite or not invertible (a "
+                                  "scale of zero?); the light is off");
         light.radiance = Rgb(0.0F);
         light.toWorld = AffineD();
     } else if (!mbfeat::isFinite(light.radiance)) {
-        diagnostics_.warn(light.path, "has a color, intensity or exposure that is not finite; the "
-                                      "light is off");
+        messages.warn(light.path, "has a color, intensity or exposure that is not finite; the "
+                                  "light is off");
         light.radiance = Rgb(0.0F);
     }
     auto shared = std::make_shared<const Light>(std::move(light));
@@ -219,16 +223,17 @@ std::vector<CommittedGeometry> Scene::gatherGeometries() const {
 
 /// Fills the geometries' material indices; returns the paths behind them, "" being the default.
 std::vector<std::string> Scene::bindMaterials(std::vector<CommittedGeometry>& geometries) {
+    bindingMessages_.withdraw();
     std::map<std::string, std::uint32_t> indices;
     for (const CommittedGeometry& geometry : geometries) {
         for (const std::string& path : geometry.source->materials) {
             if (!path.empty() && materialByPath_.count(path) != 0) {
                 indices.emplace(path, 0);
             } else if (!path.empty()) {
-                diagnostics_.warn(geometry.source->path,
-                                  "is bound to the material " + path +
-                                      ", which does not exist or cannot be used; the default "
-                                      "material is used instead");
+                bindingMessages_.warn(geometry.source->path,
+                                      "is bound to the material " + path +
+                                          ", which does not exist or cannot be used; the default "
+                                          "material is used instead");
             }
         }
     }
@@ -323,6 +328,25 @@ void Scene::resolveLights(const Images& images) {
     resolvedLights_ = std::move(resolved);
 }
 
+/// So that what is wrong with an image is no problem of a scene that reads it no more.
+void Scene::releaseUnusedImages() {
+    std::set<ImageKey> used;
+    for (const std::shared_ptr<const Material>& material : materials_) {
+        const std::vector<bool> read = texturesInUse(*material);
+        for (std::size_t i = 0; i < read.size(); ++i) {
+            if (read[i]) {
+                used.insert(material->textures[i].image);
+            }
+        }
+    }
+    for (const std::shared_ptr<const Light>& light : lights_) {
+        if (readsTexture(*light)) {
+            used.insert(light->texture);
+        }
+    }
+    textures_.releaseOthers(used);
+}
+
 SceneChanges Scene::commit() {
     const std::lock_guard lock(mutex_);
     if (version_ == committedVersion_) {
@@ -338,6 +362,7 @@ SceneChanges Scene::commit() {
     const auto oldLights = lights_;
     resolveMaterials(paths, images);
     resolveLights(images);
+    releaseUnusedImages();
 
     SceneChanges changes;
     changes.materials = materials_ != oldMaterials;

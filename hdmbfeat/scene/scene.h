@@ -10,6 +10,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/diagnostics.h"
@@ -55,13 +56,16 @@ public:
     Scene& operator=(const Scene&) = delete;
 
     /// Adds or replaces. Transforms that cannot be used (not finite, not invertible) are dropped
-    /// with a message; the others keep their instance ids.
-    void setGeometry(Geometry geometry);
+    /// with a message to `messages`; the others keep their instance ids.
+    void setGeometry(Geometry geometry, Diagnostics& messages);
+    void setGeometry(Geometry geometry) { setGeometry(std::move(geometry), diagnostics_); }
     void removeGeometry(const std::string& path);
     void setMaterial(Material material);
     void removeMaterial(const std::string& path);
-    /// Adds or replaces. A light whose transform or radiance cannot be used is off, with a message.
-    void setLight(Light light);
+    /// Adds or replaces. A light whose transform or radiance cannot be used is off, with a message
+    /// to `messages`.
+    void setLight(Light light, Diagnostics& messages);
+    void setLight(Light light) { setLight(std::move(light), diagnostics_); }
     void removeLight(const std::string& path);
     /// OpenColorIO name of the rendering space; see TextureCache.
     void setRenderingColorSpace(const std::string& name);
@@ -106,10 +110,12 @@ private:
     Images loadImages(const std::vector<std::string>& materialPaths);
     void resolveMaterials(const std::vector<std::string>& paths, const Images& images);
     void resolveLights(const Images& images);
+    void releaseUnusedImages();
     const Box& boundsOf(const std::shared_ptr<const Mesh>& mesh);
     bool updateOrigin();
 
     Diagnostics& diagnostics_;
+    Diagnostics bindingMessages_; ///< of the last commit
     TextureCache textures_;
     std::string renderingSpace_;
     mutable std::mutex mutex_; ///< guards everything below

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <set>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -83,6 +84,8 @@ public:
     /// linear Rec.709. Images loaded before keep theirs: call clear() and ask again.
     void setRenderingColorSpace(const std::string& name);
     void clear();
+    /// Forgets images that are not among these, and what was wrong with them.
+    void releaseOthers(const std::set<ImageKey>& used);
 
     std::size_t bytes() const;
     int count() const;

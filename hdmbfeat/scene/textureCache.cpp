@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <map>
 #include <mutex>
 #include <utility>
@@ -136,7 +137,9 @@ struct TextureCache::Impl {
     /// One image, loaded under its own lock so that others load meanwhile. A thread that holds a
     /// slot's lock may take `mutex`, never the other way round.
     struct Slot {
+        explicit Slot(Diagnostics& diagnostics) : messages(diagnostics) {}
         std::mutex mutex;
+        Diagnostics messages; ///< about the file, as it was loaded last
         std::weak_ptr<const Image> image;
         bool failed = false;
         FileStamp stamp;
@@ -148,7 +151,7 @@ struct TextureCache::Impl {
         const std::lock_guard lock(mutex);
         std::shared_ptr<Slot>& found = slots[key];
         if (!found) {
-            found = std::make_shared<Slot>();
+            found = std::make_shared<Slot>(diagnostics);
         }
         return found;
     }
@@ -187,8 +190,9 @@ struct TextureCache::Impl {
     }
 
     ColorPlan planColors(const std::string& from, const std::string& to, const std::string& subject,
-                         const std::string& path);
-    std::shared_ptr<const Image> load(const ImageKey& key, const std::string& subject);
+                         const std::string& path, Diagnostics& messages);
+    std::shared_ptr<const Image> load(const ImageKey& key, const std::string& subject,
+                                      Diagnostics& messages);
 
     Diagnostics& diagnostics;
     std::mutex mutex; ///< guards slots and renderingSpace
@@ -199,7 +203,8 @@ struct TextureCache::Impl {
 };
 
 ColorPlan TextureCache::Impl::planColors(const std::string& from, const std::string& to,
-                                         const std::string& subject, const std::string& path) {
+                                         const std::string& subject, const std::string& path,
+                                         Diagnostics& messages) {
     ColorPlan plan;
     const WellKnownSpace source = wellKnownSpace(from);
     if (source == WellKnownSpace::kRaw) {
@@ -212,28 +217,29 @@ ColorPlan TextureCache::Impl::planColors(const std::string& from, const std::str
     }
     const auto transform = colorConfig()->transform(linear ? std::string() : from, to);
     if (!transform) {
-        diagnostics.warn(subject, "texture '" + path + "' keeps its colours unconverted: '" +
-                                      transform.error().subject + "' " + transform.error().text);
+        messages.warn(subject, "texture '" + path + "' keeps its colours unconverted: '" +
+                                   transform.error().subject + "' " + transform.error().text);
     } else if (!transform.value()->isIdentity()) {
         plan.transform = transform.value();
     }
     return plan;
 }
 
-std::shared_ptr<const Image> TextureCache::Impl::load(const ImageKey& key,
-                                                      const std::string& subject) {
+std::shared_ptr<const Image>
+TextureCache::Impl::load(const ImageKey& key, const std::string& subject, Diagnostics& messages) {
     Result<DecodedImage> result = decodeImage(key.path);
     if (!result) {
-        diagnostics.warn(subject, "texture '" + key.path + "' " + result.error().text +
-                                      "; the fallback value is used instead");
+        messages.warn(subject, "texture '" + key.path + "' " + result.error().text +
+                                   "; the fallback value is used instead");
         return nullptr;
     }
     DecodedImage& image = result.value();
     if (!image.note.empty()) {
-        diagnostics.report(Severity::kInfo, subject, "texture '" + key.path + "' " + image.note);
+        messages.report(Severity::kInfo, subject, "texture '" + key.path + "' " + image.note);
     }
     std::size_t bad = zeroNonFinite(image);
-    const ColorPlan plan = planColors(sourceSpace(key, image), space(), subject, key.path);
+    const ColorPlan plan =
+        planColors(sourceSpace(key, image), space(), subject, key.path, messages);
     const bool hasSrgbStorage =
         image.storage == Storage::kUNorm8 || image.storage == Storage::kUNorm16;
     if (plan.decodeSrgb && !plan.transform && hasSrgbStorage) {
@@ -243,8 +249,8 @@ std::shared_ptr<const Image> TextureCache::Impl::load(const ImageKey& key,
         bad += zeroNonFinite(image);
     }
     if (bad > 0) {
-        diagnostics.warn(subject, "texture '" + key.path + "' has " + std::to_string(bad) +
-                                      " values that are not finite; they are replaced by zero");
+        messages.warn(subject, "texture '" + key.path + "' has " + std::to_string(bad) +
+                                   " values that are not finite; they are replaced by zero");
     }
     return std::make_shared<Image>(image.width, image.height, image.channels, image.storage,
                                    std::move(image.data));
@@ -264,12 +270,13 @@ std::shared_ptr<const Image> TextureCache::get(const ImageKey& key, const std::s
         return nullptr;
     }
     slot->stamp = FileStamp::of(key.path);
+    slot->messages.withdraw();
     std::shared_ptr<const Image> image;
     try {
-        image = impl_->load(key, subject);
+        image = impl_->load(key, subject, slot->messages);
     } catch (const std::exception& e) {
-        impl_->diagnostics.warn(subject, "texture '" + key.path + "' could not be loaded: " +
-                                             e.what() + "; the fallback value is used instead");
+        slot->messages.warn(subject, "texture '" + key.path + "' could not be loaded: " + e.what() +
+                                         "; the fallback value is used instead");
     }
     slot->failed = image == nullptr;
     slot->image = image;
@@ -279,6 +286,13 @@ std::shared_ptr<const Image> TextureCache::get(const ImageKey& key, const std::s
 void TextureCache::setRenderingColorSpace(const std::string& name) {
     const std::lock_guard lock(impl_->mutex);
     impl_->renderingSpace = name;
+}
+
+void TextureCache::releaseOthers(const std::set<ImageKey>& used) {
+    const std::lock_guard lock(impl_->mutex);
+    for (auto it = impl_->slots.begin(); it != impl_->slots.end();) {
+        it = used.count(it->first) == 0 ? impl_->slots.erase(it) : std::next(it);
+    }
 }
 
 void TextureCache::clear() {

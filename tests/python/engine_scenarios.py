@@ -6,6 +6,7 @@ Called as ``engine_scenarios.py NAME FOLDER``; prints the function's result as o
 from __future__ import annotations
 
 import json
+import math
 import sys
 import time
 from collections.abc import Callable
@@ -13,10 +14,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Sdf, UsdGeom, UsdShade
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade
 
 import hydrakit
 from mbfeat import _core
+
+PREVIEW = "UsdPreviewSurface"
 
 
 def mean_color(film: _core.Film) -> list[float]:
@@ -420,6 +423,61 @@ def native_instance_visibility(folder: Path) -> dict[str, Any]:
     return result
 
 
+def repairs(folder: Path) -> dict[str, Any]:
+    """Warnings and whether an abort holds the image back, as data turns bad and is repaired."""
+    stage = hydrakit.make_stage()
+    quad = hydrakit.add_quad(stage)
+    shader = hydrakit.add_material(stage, "/World/look", (0.5, 0.5, 0.5))
+    hydrakit.bind(quad.GetPrim(), "/World/look")
+    lamp = UsdLux.SphereLight.Define(stage, "/World/lamp")
+    UsdGeom.Xformable(lamp).AddTranslateOp().Set(Gf.Vec3d(0.0, 0.0, 50.0))
+    radius = lamp.CreateRadiusAttr(0.5)
+    focal = stage.GetPrimAtPath("/World/camera").GetAttribute("focalLength")
+    scale = UsdGeom.Xformable(quad).AddScaleOp()
+    scale.Set(Gf.Vec3f(1.0))
+    points = quad.GetPointsAttr()
+    good = points.Get()
+    bad = [Gf.Vec3f(math.nan), *good[1:]]
+    texture = UsdShade.Shader.Define(stage, "/World/look/texture")
+    texture.CreateIdAttr("UsdUVTexture")
+    texture.CreateInput("file", Sdf.ValueTypeNames.Asset).Set(str(folder / "missing.png"))
+    texture.CreateInput("st", Sdf.ValueTypeNames.Float2).Set(Gf.Vec2f(0.5, 0.5))
+    texture_output = texture.CreateOutput("rgb", Sdf.ValueTypeNames.Float3)
+    color = shader.GetInput("diffuseColor")
+    host = hydrakit.EngineHost(stage)
+    host.set(samplesPerPixel=1, onError="abort")
+    result: dict[str, Any] = {}
+
+    def look(name: str) -> None:
+        host.converge()
+        report = hydrakit.last_frame().report
+        result[name] = [report.warnings, len(report.errors)]
+
+    look("good")
+    changes: list[tuple[str, Callable[[], Any], Callable[[], Any]]] = [
+        ("points", lambda: points.Set(bad), lambda: points.Set(good)),
+        ("scale", lambda: scale.Set(Gf.Vec3f(0.0)), lambda: scale.Set(Gf.Vec3f(1.0))),
+        ("radius", lambda: radius.Set(math.nan), lambda: radius.Set(0.5)),
+        ("focalLength", lambda: focal.Set(0.0), lambda: focal.Set(40.0)),
+        ("shader", lambda: shader.CreateIdAttr("None"), lambda: shader.CreateIdAttr(PREVIEW)),
+        ("texture", lambda: color.ConnectToSource(texture_output), color.DisconnectSource),
+        ("setting", lambda: host.set(maxBounces=-3), lambda: host.set(maxBounces=3)),
+        ("viewAov", lambda: host.set(viewAov="nothing"), lambda: host.set(viewAov="")),
+    ]
+    for name, spoil, repair in changes:
+        spoil()
+        look(f"{name} spoilt")
+        repair()
+        look(f"{name} repaired")
+    points.Set(good, 1.0)
+    points.Set(bad, 2.0)
+    points.Set(good, 3.0)
+    for frame in (1.0, 2.0, 3.0):
+        host.parameters.frame = Usd.TimeCode(frame)
+        look(f"frame {frame:.0f}")
+    return result
+
+
 SCENARIOS: dict[str, Callable[[Path], dict[str, Any]]] = {
     function.__name__: function
     for function in (
@@ -437,6 +495,7 @@ SCENARIOS: dict[str, Callable[[Path], dict[str, Any]]] = {
         instance_attributes,
         instancer_visibility,
         native_instance_visibility,
+        repairs,
     )
 }
 

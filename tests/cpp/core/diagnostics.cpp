@@ -1,4 +1,6 @@
-// Messages: each is forwarded once, by a handler that may do anything.
+// Messages: each is forwarded once, by a handler that may do anything, and stands while its section
+// says so.
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -35,4 +37,44 @@ TEST_CASE("a handler may report, count and replace itself") {
     diagnostics.warn("/a", "is bad");
     diagnostics.warn("/b", "is bad");
     CHECK(heard == std::vector<std::string>{"/a", "/a/child"});
+}
+
+TEST_CASE("a message counts once, until all sections that reported it took it back") {
+    Diagnostics whole;
+    int forwarded = 0;
+    whole.setHandler([&](const Message& /*message*/) { ++forwarded; });
+    auto first = std::make_unique<Diagnostics>(whole);
+    Diagnostics second(whole);
+    first->warn("/a", "is bad");
+    first->warn("/a", "is bad");
+    second.warn("/a", "is bad");
+    second.error("/b", "is worse");
+    CHECK(whole.count(Severity::kWarning) == 1);
+    CHECK(whole.count(Severity::kError) == 1);
+    second.withdraw();
+    CHECK(whole.count(Severity::kWarning) == 1);
+    CHECK(whole.count(Severity::kError) == 0);
+    first.reset();
+    CHECK(whole.count(Severity::kWarning) == 0);
+
+    second.warn("/a", "is bad");
+    CHECK(whole.count(Severity::kWarning) == 1);
+    CHECK(second.count(Severity::kWarning) == 1);
+    CHECK(forwarded == 2);
+    CHECK(whole.messages().size() == 2);
+
+    whole.clear();
+    CHECK(whole.messages().empty());
+    CHECK(whole.count(Severity::kWarning) == 1); // of the second section
+    whole.warn("/a", "is bad");
+    CHECK(forwarded == 3);
+}
+
+TEST_CASE("a section may outlive the whole") {
+    auto whole = std::make_unique<Diagnostics>();
+    Diagnostics section(*whole);
+    section.warn("/a", "is bad");
+    whole.reset();
+    section.warn("/b", "is bad");
+    CHECK(section.count(Severity::kWarning) == 2);
 }
