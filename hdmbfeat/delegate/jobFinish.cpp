@@ -1,6 +1,5 @@
 #include "delegate/jobFinish.h"
 
-#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <system_error>
@@ -9,17 +8,14 @@ namespace mbfeat {
 
 namespace {
 
-/// True for an image that MBFeat wrote. Whatever else a productName points to is the user's.
-bool isOwnImage(const std::string& path) {
-    const Result<AovLayout> layout = describeProductFile(path);
-    return layout &&
-           std::any_of(layout.value().attributes.begin(), layout.value().attributes.end(),
-                       [](const auto& attribute) { return attribute.first == "mbfeat:version"; });
-}
-
+/// Removes an image that MBFeat wrote. Whatever else a productName points to is the user's.
 void removeStale(const std::string& path) {
     std::error_code ignored; // a file that cannot be removed was reported by the failed writing
-    if (std::filesystem::is_regular_file(path, ignored) && isOwnImage(path)) {
+    if (!std::filesystem::is_regular_file(path, ignored)) {
+        return;
+    }
+    const Result<AovLayout> layout = describeProductFile(path);
+    if (layout && layout.value().isOwn()) {
         std::filesystem::remove(path, ignored);
     }
 }

@@ -240,6 +240,11 @@ void checkDeep(const AovLayout& layout, std::vector<std::string>& differences) {
 
 } // namespace
 
+bool AovLayout::isOwn() const {
+    return std::any_of(attributes.begin(), attributes.end(),
+                       [](const auto& attribute) { return attribute.first == "mbfeat:version"; });
+}
+
 Result<AovLayout> describeProductFile(const std::string& path) {
     try {
         const Imf::MultiPartInputFile file(path.c_str(), 0);
@@ -256,9 +261,7 @@ std::vector<std::string> checkProductFile(const std::string& path) {
         return {layout.error().subject + ": " + layout.error().text};
     }
     std::vector<std::string> differences;
-    const auto& attributes = layout.value().attributes;
-    if (std::none_of(attributes.begin(), attributes.end(),
-                     [](const auto& attribute) { return attribute.first == "mbfeat:version"; })) {
+    if (!layout.value().isOwn()) {
         differences.emplace_back("The header has no mbfeat:version: MBFeat did not write this "
                                  "file.");
     }

@@ -77,6 +77,8 @@ struct AovLayout {
     std::vector<std::pair<std::string, std::string>> attributes; ///< text ones of the first part
 
     std::size_t bytes() const; ///< of all layers, a pixel or deep sample
+    /// True for a file that MBFeat wrote, by its header.
+    bool isOwn() const;
 };
 
 /// The layout that writeProduct() gives a product.

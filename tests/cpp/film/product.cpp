@@ -414,6 +414,7 @@ TEST_CASE("the layout of a written file is the product's") {
     const auto read = describeProductFile(product.path);
     REQUIRE(read);
     const AovLayout wanted = describeProduct(product);
+    CHECK(read.value().isOwn());
     CHECK(read.value().window.width == 3);
     CHECK(read.value().bytes() == wanted.bytes());
     REQUIRE(read.value().layers.size() == wanted.layers.size());
@@ -446,6 +447,8 @@ TEST_CASE("files that are not as the table says are told apart") {
     header.setType(Imf::SCANLINEIMAGE);
     const std::string path = directory.file("foreign.exr");
     { const Imf::MultiPartOutputFile file(path.c_str(), &header, 1); }
+    REQUIRE(describeProductFile(path));
+    CHECK_FALSE(describeProductFile(path).value().isOwn());
     const auto differences = checkProductFile(path);
     REQUIRE(differences.size() == 3);
     CHECK(differences[0].find("mbfeat:version") != std::string::npos);
