@@ -9,7 +9,7 @@ namespace {
 
 /// Intervals of the tabulated density. Even, so that the centre is a node.
 constexpr int kIntervals = 1024;
-constexpr float kMinWidth = 0.01F;
+constexpr float kMinWidth = 0.01F; // one too small is a point all the same
 constexpr float kMaxWidth = 64.0F;
 
 float triangle(float x) {

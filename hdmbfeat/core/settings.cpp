@@ -426,11 +426,10 @@ std::string toString(const SettingValue& value) {
 
 namespace {
 
-/// The width that a filter is meant to have, for a setting of 0. Widths too small to be told from a
-/// point are taken up to a hundredth of a pixel.
+/// The width that a filter is meant to have, for a setting of 0.
 float filterWidth(PixelFilter filter, float width) {
     if (width > 0.0F) {
-        return std::max(width, 0.01F);
+        return width;
     }
     switch (filter) {
     case PixelFilter::kBox:

@@ -101,7 +101,8 @@ TEST_CASE("Mitchell has the lobes of the original") {
 
 TEST_CASE("extreme numbers and widths give samples inside the support") {
     for (const PixelFilter kind : kFilters) {
-        for (const float width : {0.0F, -1.0F, 1e30F, std::nanf("")}) {
+        CHECK(FilterSampler(kind, 1e-6F).radius() == 0.005F);
+        for (const float width : {0.0F, 1e-6F, -1.0F, 1e30F, std::nanf("")}) {
             const FilterSampler filter(kind, width);
             for (const float u : {0.0F, 0.5F, kOneMinusEpsilon}) {
                 const FilterSample s = filter.sample({u, 1.0F - u});

@@ -55,6 +55,8 @@ TEST_CASE("each pixel filter has a width of its own until one is set") {
     CHECK(widthOf("gaussian") == 3.0F);
     REQUIRE_FALSE(settings.set(SettingSource::kPrim, "mbfeat:pixelFilterWidth", 2.5));
     CHECK(widthOf("box") == 2.5F);
+    REQUIRE_FALSE(settings.set(SettingSource::kPrim, "mbfeat:pixelFilterWidth", 1e-6));
+    CHECK(widthOf("box") == 1e-6F); // what is too small for a filter is for the filter to say
 }
 
 TEST_CASE("the table's defaults are the renderer's") {
