@@ -85,14 +85,6 @@ bool isDeep(const Product& product) {
     return product.type == tokens().deepRaster;
 }
 
-/// GiB that keeping every path of a film takes.
-double pathSampleGibibytes(const FilmRequest& film, bool extended) {
-    const double pixels = static_cast<double>(film.window.data.width) * film.window.data.height;
-    const double bytes = pixels * film.samplesPerPixel *
-                         static_cast<double>(pathSampleFields(extended).size()) * sizeof(float);
-    return bytes / 1073741824.0;
-}
-
 bool isExtendedAov(const std::string& name) {
     const std::optional<AovDescriptor> aov = findAov(name);
     return aov && (aov->recordFlags & kRecordExtended) != 0;
@@ -162,7 +154,7 @@ private:
         if (!readVars(product, spec)) {
             return false;
         }
-        ProductView* const view = findView(product, spec);
+        ProductView* const view = findView(product);
         if (view == nullptr) {
             return false;
         }
@@ -189,7 +181,7 @@ private:
     }
 
     /// The film to use, made where there is none; null, with an error, where there can be none.
-    ProductView* findView(const Product& product, const ProductSpec& spec) {
+    ProductView* findView(const Product& product) {
         const std::string key = viewKey(product);
         const auto known = viewOfKey_.find(key);
         if (known == viewOfKey_.end()) {
@@ -198,21 +190,7 @@ private:
             }
             viewOfKey_[key] = plan_.views.size() - 1;
         }
-        ProductView& view = plan_.views[viewOfKey_[key]];
-        const bool extended =
-            view.film.extendedPathSamples ||
-            std::any_of(spec.layers.begin(), spec.layers.end(),
-                        [](const ProductLayer& layer) { return isExtendedAov(layer.aov); });
-        const double needed = pathSampleGibibytes(view.film, extended);
-        if (spec.deep && needed > options_.pathSampleMemory) {
-            fail(product, "keeping every path takes " + std::to_string(needed) +
-                              " GiB, more than mbfeat:pathSampleMemory allows (" +
-                              std::to_string(options_.pathSampleMemory) +
-                              "); it is not written. Raise that, or lower the resolution or "
-                              "mbfeat:samplesPerPixel.");
-            return nullptr;
-        }
-        return &view;
+        return &plan_.views[viewOfKey_[key]];
     }
 
     bool makeView(const Product& product) {
@@ -270,6 +248,30 @@ private:
 ProductPlan planProducts(const HdRenderSettings::RenderProducts& products, HdRenderIndex& index,
                          const RenderOptions& options, bool exposure, Diagnostics& diagnostics) {
     return Planner(index, options, exposure, diagnostics).plan(products);
+}
+
+std::shared_ptr<Film> createFilm(ProductView& view, std::size_t pathSampleLimit,
+                                 ProductPlan& plan) {
+    std::vector<ProductSpec>& products = view.products;
+    const auto drop = [&](const Error& error, bool deepAlone) {
+        const auto lost =
+            std::stable_partition(products.begin(), products.end(),
+                                  [&](const ProductSpec& p) { return deepAlone && !p.deep; });
+        for (auto product = lost; product != products.end(); ++product) {
+            plan.errors.push_back({product->primPath, "it is not written. " + error.text});
+            plan.staleFiles.push_back(product->path);
+        }
+        products.erase(lost, products.end());
+    };
+    while (!products.empty()) {
+        Result<std::shared_ptr<Film>> film = Film::create(view.film, pathSampleLimit);
+        if (film) {
+            return film.value();
+        }
+        drop(film.error(), view.film.keepPathSamples);
+        view.film.keepPathSamples = view.film.extendedPathSamples = false;
+    }
+    return nullptr;
 }
 
 std::vector<std::string> primvarsOfProducts(const HdRenderSettings::RenderProducts& products) {

@@ -3,6 +3,8 @@
 
 #include "pxr/pxr.h"
 
+#include <cstddef>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -39,6 +41,11 @@ struct ProductPlan {
 /// `diagnostics`.
 ProductPlan planProducts(const HdRenderSettings::RenderProducts& products, HdRenderIndex& index,
                          const RenderOptions& options, bool exposure, Diagnostics& diagnostics);
+
+/// The film of a view, kept paths taking `pathSampleLimit` bytes at most. Where that or the memory
+/// is short, the products concerned leave the view for the plan's errors and stale files: the deep
+/// ones alone where the others can do without kept paths. Null when no product is left.
+std::shared_ptr<Film> createFilm(ProductView& view, std::size_t pathSampleLimit, ProductPlan& plan);
 
 /// Names behind the primvars:* that the products show.
 std::vector<std::string> primvarsOfProducts(const HdRenderSettings::RenderProducts& products);

@@ -138,7 +138,7 @@ std::vector<RenderPass::Target> RenderPass::resolveTargets(const HdRenderPassSta
         target.buffer = bufferOf(binding, *GetRenderIndex());
         if (target.buffer == nullptr) {
             messages_.error(target.aov, "this AOV is bound without a buffer of this "
-                                                   "renderer; it is not rendered.");
+                                        "renderer; it is not rendered.");
             continue;
         }
         if (binding.aovName == tokens().color && !viewAov.empty()) {
@@ -191,11 +191,10 @@ void RenderPass::addViewportView(const HdRenderPassState& state, const std::vect
     request.aovs = {tokens().color.GetString()};
     for (const Target& target : targets) {
         if (!findAov(target.aov)) {
-            job.messages->error(
-                target.asColor ? "mbfeat:viewAov" : target.aov,
-                "there is no AOV " + target.aov + "; " +
-                    (target.asColor ? "color is shown" : "its buffer stays empty") +
-                    ". The nearest name is " + nearestAovName(target.aov) + ".");
+            job.messages->error(target.asColor ? "mbfeat:viewAov" : target.aov,
+                                "there is no AOV " + target.aov + "; " +
+                                    (target.asColor ? "color is shown" : "its buffer stays empty") +
+                                    ". The nearest name is " + nearestAovName(target.aov) + ".");
         } else if (std::find(request.aovs.begin(), request.aovs.end(), target.aov) ==
                    request.aovs.end()) {
             request.aovs.push_back(target.aov);
@@ -217,28 +216,18 @@ void RenderPass::addProductViews(const HdRenderPassState& state, const RenderSet
                                  RenderJob& job, JobResult& result) {
     ProductPlan plan = planProducts(products.GetRenderProducts(), *GetRenderIndex(), job.options,
                                     state.GetEnableExposureCompensation(), *job.messages);
+    for (ProductView& view : plan.views) {
+        if (const std::shared_ptr<Film> film =
+                createFilm(view, pathSampleBytes(job.options), plan)) {
+            job.views.push_back({view.camera, film, view.cameraPath, 0});
+            result.images.push_back({film, view.cameraPath, std::move(view.products)});
+        }
+    }
     for (const Error& error : plan.errors) {
         job.messages->error(error.subject, error.text);
     }
     result.errors = std::move(plan.errors);
     result.staleFiles = std::move(plan.staleFiles);
-    for (ProductView& view : plan.views) {
-        if (view.products.empty()) {
-            continue;
-        }
-        Result<std::shared_ptr<Film>> film = Film::create(view.film, pathSampleBytes(job.options));
-        if (!film) {
-            for (const ProductSpec& product : view.products) {
-                const Error error{product.primPath, film.error().text};
-                job.messages->error(error.subject, error.text);
-                result.errors.push_back(error);
-                result.staleFiles.push_back(product.path);
-            }
-            continue;
-        }
-        job.views.push_back({view.camera, film.value(), view.cameraPath, 0});
-        result.images.push_back({film.value(), view.cameraPath, std::move(view.products)});
-    }
     if (!job.views.empty()) {
         film_ = job.views.front().film;
         placement_ = {0, 0, true};

@@ -41,7 +41,7 @@ Status checkRequest(const FilmRequest& request) {
 
 std::string gibibytes(double bytes) {
     char text[32];
-    std::snprintf(text, sizeof(text), "%.2f GiB", bytes / (1024.0 * 1024.0 * 1024.0));
+    std::snprintf(text, sizeof(text), "%.3g GiB", bytes / (1024.0 * 1024.0 * 1024.0));
     return text;
 }
 

@@ -74,6 +74,14 @@ def Scope "Render"
         uniform int2 resolution = (24, 12)
         uniform int mbfeat:samplesPerPixel = 1
     }
+    def RenderSettings "large"
+    {
+        rel camera = </World/left>
+        rel products = [</Render/paths>, </Render/beauty>]
+        uniform int2 resolution = (24, 12)
+        uniform int mbfeat:samplesPerPixel = 3
+        uniform double mbfeat:pathSampleMemory = 0.0001
+    }
     def RenderSettings "misspelt"
     {
         rel camera = </World/camera>
@@ -92,6 +100,12 @@ def Scope "Render"
     {
         token productName = "FOLDER/beauty.exr"
         rel orderedVars = [</Render/color>, </Render/albedo0>]
+    }
+    def RenderProduct "paths"
+    {
+        token productType = "deepRaster"
+        token productName = "FOLDER/paths.exr"
+        rel orderedVars = </Render/color>
     }
     def RenderProduct "ids"
     {
@@ -260,6 +274,26 @@ def test_unwritable_product_fails_the_command(stage: Path, tmp_path: Path, run: 
     assert result.returncode == 1
     assert "/Render/nowhere" in result.stderr or "none/image.exr" in result.stderr
     assert not (tmp_path / "none").exists()
+
+
+def test_deep_product_that_takes_too_much_memory_fails_alone(
+    stage: Path, tmp_path: Path, run: Run
+) -> None:
+    arguments = ("-rs", "/Render/large", stage, "out.exr")
+    roomy = run(*arguments, "--set", "mbfeat:pathSampleMemory=1")
+    assert roomy.returncode == 0, roomy.stderr
+    assert (tmp_path / "paths.exr").exists()
+    written = (tmp_path / "beauty.exr").stat().st_mtime_ns
+
+    result = run(*arguments)
+
+    assert result.returncode == 1
+    # 24 x 12 pixels, 2 paths, 62 floats: 140 KiB, of 105.
+    named = [line for line in result.stderr.splitlines() if "error: /Render/paths" in line]
+    assert len(named) == 1 and "mbfeat:pathSampleMemory" in named[0], result.stderr
+    assert not (tmp_path / "paths.exr").exists()  # the one there was of another render
+    assert (tmp_path / "beauty.exr").stat().st_mtime_ns > written
+    assert read_color(tmp_path / "out.exr").shape == (12, 24, 4)
 
 
 def test_unknown_aov_is_named_and_the_rest_is_written(
