@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "film/filmStorage.h"
+#include "film/pixelCount.h"
 
 namespace mbfeat {
 
@@ -45,7 +46,7 @@ struct Film::Impl {
     int sumStride = 0, wordStride = 0, spreadSlot = 0, nonFiniteSlot = 0;
     std::optional<ZeroedArray<double>> sums;
     std::optional<ZeroedArray<std::uint32_t>> words;
-    std::optional<ZeroedArray<std::uint32_t>> counts;
+    std::optional<ZeroedArray<PixelCount>> counts;
 
     bool extendedSamples = false;
     std::size_t capacity = 0; ///< kept paths a pixel; 0: none are kept
@@ -68,9 +69,10 @@ struct Film::Impl {
     void keep(std::size_t pixel, std::uint32_t index, const PathRecord& record);
     void addNearest(std::uint32_t* pixelWords, bool first, const PathRecord& record) const;
 
-    void resolveMean(const AovDescriptor& aov, int slot, std::size_t pixel, float* out) const;
-    void resolveVariance(std::size_t pixel, float* out) const;
-    std::uint32_t count(const AovDescriptor& aov, std::size_t pixel) const;
+    void resolveMean(const AovDescriptor& aov, int slot, std::size_t pixel, std::uint32_t count,
+                     float* out) const;
+    void resolveVariance(std::size_t pixel, std::uint32_t count, float* out) const;
+    std::uint32_t nonFinite(std::size_t pixel) const;
     template <class T>
     void resolveRows(int aovIndex, int firstRow, int rowCount, T* out) const;
 };
@@ -225,7 +227,8 @@ void Film::Impl::keep(std::size_t pixel, std::uint32_t index, const PathRecord& 
 void Film::add(int x, int y, const PathRecord& record) {
     Impl& impl = *impl_;
     const std::size_t pixel = impl.pixelIndex(x, y);
-    std::uint32_t& count = impl.counts->data()[pixel];
+    HeldPixel held(impl.counts->data()[pixel]);
+    const std::uint32_t count = held.count();
     double* const sums = impl.sums->data() + pixel * static_cast<std::size_t>(impl.sumStride);
     std::uint32_t* const words =
         impl.words->data() + pixel * static_cast<std::size_t>(impl.wordStride);
@@ -258,33 +261,35 @@ void Film::add(int x, int y, const PathRecord& record) {
     if (count < impl.capacity) {
         impl.keep(pixel, count, record);
     }
-    ++count;
+    held.setCount(count + 1);
 }
 
 void Film::clear() {
     Impl& impl = *impl_;
-    std::uint32_t* const counts = impl.counts->data();
-    if (impl.samples) {
-        const std::size_t block = impl.capacity * impl.layout.size();
-        for (std::size_t pixel = 0; pixel < impl.pixelCount(); ++pixel) {
-            if (counts[pixel] > 0) {
-                std::memset(impl.samples->data() + pixel * block, 0, block * sizeof(float));
-            }
+    const std::size_t block = impl.capacity * impl.layout.size();
+    for (std::size_t pixel = 0; pixel < impl.pixelCount(); ++pixel) {
+        const PixelCount& count = impl.counts->data()[pixel];
+        if (count.load() == 0) {
+            continue;
+        }
+        HeldPixel held(count);
+        held.setCount(0);
+        if (block > 0) {
+            std::memset(impl.samples->data() + pixel * block, 0, block * sizeof(float));
         }
     }
-    std::memset(counts, 0, impl.counts->bytes());
 }
 
 std::uint32_t Film::sampleCount(int x, int y) const {
-    return impl_->counts->data()[impl_->pixelIndex(x, y)];
+    return impl_->counts->data()[impl_->pixelIndex(x, y)].load();
 }
 
 void Film::Impl::resolveMean(const AovDescriptor& aov, int slot, std::size_t pixel,
-                             float* out) const {
+                             std::uint32_t count, float* out) const {
     const double* const pixelSums = sums->data() + pixel * static_cast<std::size_t>(sumStride);
     // Filters with negative lobes can cancel while samples are few: then the plain mean is the
     // better estimate.
-    const double total = pixelSums[0] != 0.0 ? pixelSums[0] : counts->data()[pixel];
+    const double total = pixelSums[0] != 0.0 ? pixelSums[0] : count;
     for (int c = 0; c < aov.width(); ++c) {
         out[c] = static_cast<float>(pixelSums[slot + c] / total);
     }
@@ -292,9 +297,9 @@ void Film::Impl::resolveMean(const AovDescriptor& aov, int slot, std::size_t pix
 
 /// Variance of the ratio sum w x / sum w by linearisation, n / (n - 1) sum w^2 (x - m)^2 / (sum
 /// w)^2: with equal weights the unbiased s^2 / n.
-void Film::Impl::resolveVariance(std::size_t pixel, float* out) const {
+void Film::Impl::resolveVariance(std::size_t pixel, std::uint32_t count, float* out) const {
     const double* const pixelSums = sums->data() + pixel * static_cast<std::size_t>(sumStride);
-    const double n = counts->data()[pixel];
+    const double n = count;
     const double total = pixelSums[0];
     if (n < 2.0 || total == 0.0) {
         std::fill(out, out + 3, 0.0F);
@@ -309,10 +314,7 @@ void Film::Impl::resolveVariance(std::size_t pixel, float* out) const {
     }
 }
 
-std::uint32_t Film::Impl::count(const AovDescriptor& aov, std::size_t pixel) const {
-    if (aov.recordOffset == kNoRecordField) {
-        return counts->data()[pixel];
-    }
+std::uint32_t Film::Impl::nonFinite(std::size_t pixel) const {
     return words->data()[pixel * static_cast<std::size_t>(wordStride) +
                          static_cast<std::size_t>(nonFiniteSlot)];
 }
@@ -334,18 +336,20 @@ void Film::Impl::resolveRows(int aovIndex, int firstRow, int rowCount, T* out) c
     const std::size_t last = first + static_cast<std::size_t>(rowCount) * columns;
     std::vector<float> values(static_cast<std::size_t>(width));
     for (std::size_t pixel = first; pixel < last; ++pixel, out += width) {
-        if (counts->data()[pixel] == 0) {
+        const HeldPixel held(counts->data()[pixel]);
+        if (held.count() == 0) {
             std::fill(out, out + width, convert(aov.clearValue));
             continue;
         }
         if (aov.reduction == AovReduction::kSum) {
-            *out = static_cast<T>(count(aov, pixel));
+            const bool ofSamples = aov.recordOffset == kNoRecordField;
+            *out = static_cast<T>(ofSamples ? held.count() : nonFinite(pixel));
             continue;
         }
         if (aov.reduction == AovReduction::kMean) {
-            resolveMean(aov, slot, pixel, values.data());
+            resolveMean(aov, slot, pixel, held.count(), values.data());
         } else if (aov.reduction == AovReduction::kVariance) {
-            resolveVariance(pixel, values.data());
+            resolveVariance(pixel, held.count(), values.data());
         } else {
             const std::uint32_t* const in =
                 words->data() + pixel * static_cast<std::size_t>(wordStride) + slot;

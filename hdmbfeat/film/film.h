@@ -1,8 +1,9 @@
 // The film: adds path records up, per pixel and per AOV, and optionally keeps every path.
 //
 // Sums are in double and in sample order, so a pixel's value depends on its samples only.
-// Threads: add() may run for different pixels at once. Readers may run during a render and see
-// whole samples of each pixel or slightly torn ones in a preview; after the render they are exact.
+// Threads: add() may run for different pixels at once, and resolve() and sampleCount() beside it
+// and beside clear(): they see whole samples of each pixel, of different pixels at different times.
+// Kept paths are to be read after the render.
 #pragma once
 
 #include <cstdint>

@@ -59,6 +59,25 @@ double measure(const FilmRequest& request, const std::vector<PathRecord>& record
     return best;
 }
 
+/// Nanoseconds that a pixel of an AOV takes to be read.
+double measureReading(FilmRequest request, const std::vector<PathRecord>& records) {
+    request.aovs = {"color"};
+    Film film(request);
+    for (int y = 0; y < kImage; ++y) {
+        for (int x = 0; x < kImage; ++x) {
+            film.add(x, y, records[0]);
+        }
+    }
+    std::vector<float> out(static_cast<std::size_t>(kImage) * kImage * 4);
+    constexpr int kReadings = 50;
+    const std::clock_t start = std::clock();
+    for (int reading = 0; reading < kReadings; ++reading) {
+        film.resolve(0, out.data());
+    }
+    const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+    return 1e9 * seconds / (static_cast<double>(kImage) * kImage * kReadings);
+}
+
 } // namespace
 
 int main() {
@@ -76,6 +95,7 @@ int main() {
     const auto print = [&](const char* name) {
         std::printf("%-28s %7.1f ns a sample\n", name, measure(request, records));
     };
+    std::printf("%-28s %7.1f ns a pixel\n", "reading color", measureReading(request, records));
     print("color");
     request.aovs = aovsWith(kRecordFirstHit);
     print("first hit");

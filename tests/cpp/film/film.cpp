@@ -3,8 +3,11 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
+#include <thread>
+#include <utility>
 
 #include "film/records.h"
 
@@ -319,4 +322,41 @@ TEST_CASE("requests that cannot be met are errors that say why") {
     request = requestOf(allAovs());
     request.window = makeWindow(1 << 30, 1 << 30);
     CHECK(errorOf(request).find("memory") != std::string::npos);
+}
+
+TEST_CASE("readers of a film that is being rendered see whole samples") {
+    Film film(requestOf({"color", "mbfeat:albedo:0", "variance", "primId", "sampleCount"}));
+    std::atomic<bool> done{false};
+    std::thread writer([&] {
+        for (int round = 0; round < 20; ++round) {
+            film.clear();
+            for (int s = 0; s < 500; ++s) {
+                PathRecord record;
+                record.radiance = Rgb(static_cast<float>(s));
+                record.features[0].albedo = Rgb(static_cast<float>(s));
+                record.primId = s;
+                record.filterWeight = 1.0F;
+                film.add(1, 1, record);
+                film.add(2, 0, record);
+            }
+        }
+        done = true;
+    });
+    int wrong = 0;
+    std::uint32_t most = 0;
+    while (!done) {
+        for (const auto& [x, y] : {std::pair(1, 1), std::pair(2, 0)}) {
+            for (const char* name : {"color", "mbfeat:albedo:0", "variance"}) {
+                // Sums of half a sample would give three different values.
+                const std::vector<float> value = valueOf(film, name, x, y);
+                wrong += value[0] == value[1] && value[1] == value[2] ? 0 : 1;
+            }
+            most = std::max(most, film.sampleCount(x, y));
+        }
+    }
+    writer.join();
+    CHECK(wrong == 0);
+    CHECK(most <= 500);
+    CHECK(valueOf(film, "sampleCount", 1, 1)[0] == 500.0F);
+    CHECK(valueOf(film, "color", 2, 0)[0] == 249.5F);
 }
