@@ -50,6 +50,19 @@ bool VisibilityFilter::accepts(const std::string& path, const std::string& rende
     return tagged && rooted && !isBelowAny(path, excludePaths);
 }
 
+void VisibilityFilter::addTo(Fingerprint& fingerprint) const {
+    fingerprint.add(renderTags.size());
+    for (const std::string& tag : renderTags) {
+        fingerprint.add(tag);
+    }
+    for (const std::vector<std::string>* const paths : {&rootPaths, &excludePaths}) {
+        fingerprint.add(paths->size());
+        for (const std::string& path : *paths) {
+            fingerprint.add(path);
+        }
+    }
+}
+
 RenderParam::RenderParam() : scene_(diagnostics_), renderer_(scene_), settings_(diagnostics_) {
     diagnostics_.setHandler(emitDiagnostic);
 }
@@ -70,10 +83,10 @@ Scene& RenderParam::acquireSceneForEdit() {
     return scene_;
 }
 
-void RenderParam::startRender(RenderJob job) {
+std::shared_ptr<const JobState> RenderParam::startRender(RenderJob job) {
     const std::lock_guard lock(mutex_);
     renderMayRun_ = true;
-    renderer_.start(std::move(job));
+    return renderer_.start(std::move(job));
 }
 
 void RenderParam::stopRender() {
@@ -170,9 +183,11 @@ void RenderParam::applyFilter(const VisibilityFilter& filter) {
         }
         filter_ = filter;
     }
+    const std::uint64_t version = editVersion_;
     for (MeshPrim* const mesh : meshes()) {
         mesh->updateFilter(*this);
     }
+    editVersion_ = version;
 }
 
 VisibilityFilter RenderParam::filter() const {

@@ -6,12 +6,14 @@
 #include <atomic>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "core/diagnostics.h"
+#include "delegate/fingerprint.h"
 #include "delegate/settingsStack.h"
 #include "film/renderer.h"
 #include "pxr/imaging/hd/renderParam.h"
@@ -38,6 +40,7 @@ struct VisibilityFilter {
         return renderTags == o.renderTags && rootPaths == o.rootPaths &&
                excludePaths == o.excludePaths;
     }
+    void addTo(Fingerprint& fingerprint) const;
     /// Whether a prim of that path and render tag is seen.
     bool accepts(const std::string& path, const std::string& renderTag) const;
 };
@@ -65,7 +68,7 @@ public:
     const SettingsStack& settings() const { return settings_; }
 
     /// Starts a job; edits after this stop it.
-    void startRender(RenderJob job);
+    std::shared_ptr<const JobState> startRender(RenderJob job);
     void stopRender();
 
     /// Primvars that a material reads. True when it reads one that it did not read before.
@@ -86,7 +89,8 @@ public:
 
     void registerMesh(MeshPrim* mesh);
     void unregisterMesh(MeshPrim* mesh);
-    /// Hides and shows meshes for a pass that sees other prims than the last one.
+    /// Hides and shows meshes for a pass that sees other prims than the last one. This is no edit
+    /// that makes renders of other passes out of date; none may run.
     void applyFilter(const VisibilityFilter& filter);
     VisibilityFilter filter() const;
 
@@ -103,6 +107,9 @@ public:
     /// The host asked for no more rendering until it says otherwise.
     bool isStopped() const { return stopped_; }
     void setStopped(bool stopped) { stopped_ = stopped; }
+
+    /// Numbers the jobs of all passes, from 1 on.
+    std::uint64_t nextJobNumber() { return ++jobNumber_; }
 
     /// Counts a prim that was left out for bad data, for the statistics.
     void countSkippedPrim() { ++skippedPrims_; }
@@ -128,6 +135,7 @@ private:
     VisibilityFilter filter_;
     std::string renderingColorSpace_;
     bool stopped_ = false;
+    std::uint64_t jobNumber_ = 0;
     std::atomic<int> skippedPrims_{0};
 };
 

@@ -46,7 +46,7 @@ RenderPass::RenderPass(HdRenderIndex* index, const HdRprimCollection& collection
       messages_(param.diagnostics()) {}
 
 RenderPass::~RenderPass() {
-    if (hasJob_) {
+    if (job_ && job_->isRunning()) {
         param_.stopRender();
     }
 }
@@ -60,7 +60,7 @@ void RenderPass::_Execute(const HdRenderPassStateSharedPtr& renderPassState,
 }
 
 void RenderPass::execute(const HdRenderPassState& state, const TfTokenVector& renderTags) {
-    applyFilter(renderTags);
+    const VisibilityFilter filter = filterOf(renderTags);
     const RenderSettingsPrim* const settingsPrim = refreshSettings();
     std::vector<Target> targets = resolveTargets(state);
     if (state.GetCamera() == nullptr) {
@@ -72,7 +72,7 @@ void RenderPass::execute(const HdRenderPassState& state, const TfTokenVector& re
         batch && settingsPrim != nullptr && !settingsPrim->GetRenderProducts().empty()
             ? settingsPrim
             : nullptr;
-    const Fingerprint wanted = fingerprint(state, targets, products);
+    const Fingerprint wanted = fingerprint(state, targets, products, filter);
     // A batch host that brings new buffers to a finished job wants another image.
     const bool again = batch && shown_ &&
                        std::any_of(targets.begin(), targets.end(),
@@ -80,11 +80,14 @@ void RenderPass::execute(const HdRenderPassState& state, const TfTokenVector& re
     if (param_.isStopped()) {
         return;
     }
-    if (!hasJob_ || wanted != started_ || again) {
-        startJob(state, targets, products);
+    const bool isLost = !job_ || !(job_->isRunning() || job_->isConverged());
+    const bool isDue = isLost || wanted != started_ || again;
+    const bool waits = isDue && !param_.renderer().isFreeFor(job_.get());
+    if (isDue && !waits) {
+        startJob(state, targets, products, filter);
         started_ = wanted;
     }
-    const bool done = param_.renderer().isConverged();
+    const bool done = !waits && job_->isConverged();
     if (done || !batch) {
         showFilms(targets, done);
     }
@@ -92,7 +95,7 @@ void RenderPass::execute(const HdRenderPassState& state, const TfTokenVector& re
     converged_ = done;
 }
 
-void RenderPass::applyFilter(const TfTokenVector& renderTags) {
+VisibilityFilter RenderPass::filterOf(const TfTokenVector& renderTags) const {
     VisibilityFilter filter;
     for (const TfToken& tag : renderTags) {
         filter.renderTags.insert(tag.GetString());
@@ -103,7 +106,7 @@ void RenderPass::applyFilter(const TfTokenVector& renderTags) {
     for (const SdfPath& path : GetRprimCollection().GetExcludePaths()) {
         filter.excludePaths.push_back(path.GetString());
     }
-    param_.applyFilter(filter);
+    return filter;
 }
 
 const RenderSettingsPrim* RenderPass::refreshSettings() {
@@ -152,8 +155,10 @@ std::vector<RenderPass::Target> RenderPass::resolveTargets(const HdRenderPassSta
 
 Fingerprint RenderPass::fingerprint(const HdRenderPassState& state,
                                     const std::vector<Target>& targets,
-                                    const RenderSettingsPrim* products) const {
+                                    const RenderSettingsPrim* products,
+                                    const VisibilityFilter& filter) const {
     Fingerprint print;
+    filter.addTo(print);
     print.add(param_.editVersion());
     print.add(param_.settings().version());
     print.add(currentFrame());
@@ -235,9 +240,10 @@ void RenderPass::addProductViews(const HdRenderPassState& state, const RenderSet
 }
 
 void RenderPass::startJob(const HdRenderPassState& state, const std::vector<Target>& targets,
-                          const RenderSettingsPrim* products) {
+                          const RenderSettingsPrim* products, const VisibilityFilter& filter) {
     param_.stopRender();
-    hasJob_ = false;
+    param_.applyFilter(filter);
+    job_.reset();
     film_.reset();
     RenderJob job;
     job.messages = std::make_shared<Diagnostics>(param_.diagnostics());
@@ -267,13 +273,13 @@ void RenderPass::startJob(const HdRenderPassState& state, const std::vector<Targ
     job.finish = [result = std::move(result), messages = job.messages](RenderReport& report) {
         finishJob(result, *messages, report);
     };
-    ++jobNumber_;
-    hasJob_ = true;
-    param_.startRender(std::move(job));
+    jobNumber_ = param_.nextJobNumber();
+    job_ = param_.startRender(std::move(job));
 }
 
 void RenderPass::showFilms(std::vector<Target>& targets, bool done) {
-    const std::uint64_t samples = param_.renderer().progress().samples;
+    const bool isRunning = job_ && job_->isRunning();
+    const std::uint64_t samples = isRunning ? param_.renderer().progress().samples : 0;
     const std::uint64_t stamp = (jobNumber_ << 45U) | (samples << 1U) | (done ? 1U : 0U);
     for (Target& target : targets) {
         RenderBuffer& buffer = *target.buffer;

@@ -22,12 +22,17 @@ PXR_NAMESPACE_USING_DIRECTIVE
 class RenderBuffer;
 class RenderParam;
 class RenderSettingsPrim;
+struct VisibilityFilter;
 
 /// Every execution compares all that a render depends on with what the running job was started
 /// for. When something differs a new job starts; otherwise the films' progress is copied into the
 /// bound buffers. Rendering itself goes on in the renderer's thread. An interactive job has one
 /// view, the viewport's. A job of a batch host (enableInteractive off) whose active settings prim
 /// has products renders those, and the viewport shows the first one.
+///
+/// Passes of one delegate share its renderer and take turns: one that needs a job waits, not
+/// converged, until the job of another has ended. An edit ends it early, and who comes first is
+/// next.
 class RenderPass final : public HdRenderPass {
 public:
     RenderPass(HdRenderIndex* index, const HdRprimCollection& collection, RenderParam& param);
@@ -49,13 +54,14 @@ private:
     };
 
     void execute(const HdRenderPassState& state, const TfTokenVector& renderTags);
-    void applyFilter(const TfTokenVector& renderTags);
+    VisibilityFilter filterOf(const TfTokenVector& renderTags) const;
     const RenderSettingsPrim* refreshSettings();
     std::vector<Target> resolveTargets(const HdRenderPassState& state);
     Fingerprint fingerprint(const HdRenderPassState& state, const std::vector<Target>& targets,
-                            const RenderSettingsPrim* products) const;
+                            const RenderSettingsPrim* products,
+                            const VisibilityFilter& filter) const;
     void startJob(const HdRenderPassState& state, const std::vector<Target>& targets,
-                  const RenderSettingsPrim* products);
+                  const RenderSettingsPrim* products, const VisibilityFilter& filter);
     void addViewportView(const HdRenderPassState& state, const std::vector<Target>& targets,
                          RenderJob& job, JobResult& result);
     void addProductViews(const HdRenderPassState& state, const RenderSettingsPrim& products,
@@ -65,10 +71,10 @@ private:
     std::int64_t currentFrame() const;
 
     RenderParam& param_;
-    Diagnostics messages_; ///< of the last execution
-    Fingerprint started_;  ///< of the running or last job
-    bool hasJob_ = false;
-    bool shown_ = false; ///< the finished job's films are in buffers
+    Diagnostics messages_;                ///< of the last execution
+    Fingerprint started_;                 ///< of this pass's last job
+    std::shared_ptr<const JobState> job_; ///< its state; null: there was none
+    bool shown_ = false;                  ///< the finished job's films are in buffers
     std::uint64_t jobNumber_ = 0;
     std::shared_ptr<Film> film_; ///< what the viewport shows
     FilmPlacement placement_;

@@ -100,6 +100,7 @@ struct Renderer::Impl {
             }
             {
                 const std::lock_guard lock(mutex);
+                state->stage_ = converged ? JobState::Stage::kConverged : JobState::Stage::kStopped;
                 hasJob = false;
             }
             idle.notify_all();
@@ -297,6 +298,7 @@ struct Renderer::Impl {
     bool quit = false;
     bool hasJob = false;
     RenderJob job;
+    std::shared_ptr<JobState> state; ///< of the job
     std::atomic<bool> stopping{false}, paused{false}, converged{true};
 
     std::atomic<Clock::time_point> begin{Clock::time_point{}};
@@ -313,7 +315,7 @@ struct Renderer::Impl {
 Renderer::Renderer(Scene& scene) : impl_(std::make_unique<Impl>(scene)) {}
 Renderer::~Renderer() = default;
 
-void Renderer::start(RenderJob job) {
+std::shared_ptr<const JobState> Renderer::start(RenderJob job) {
     impl_->halt();
     for (RenderView& view : job.views) {
         if (view.samplesPerPixel <= 0) {
@@ -336,6 +338,7 @@ void Renderer::start(RenderJob job) {
     {
         const std::lock_guard lock(impl_->mutex);
         impl_->job = std::move(job);
+        impl_->state = std::make_shared<JobState>();
         impl_->samplesDone = 0;
         impl_->samplesTotal = jobSamples(impl_->job);
         impl_->begin = Clock::now();
@@ -345,6 +348,12 @@ void Renderer::start(RenderJob job) {
         impl_->hasJob = true;
     }
     impl_->wake.notify_all();
+    return impl_->state;
+}
+
+bool Renderer::isFreeFor(const JobState* job) const {
+    const std::lock_guard lock(impl_->mutex);
+    return !impl_->hasJob || impl_->state.get() == job;
 }
 
 void Renderer::stop() {

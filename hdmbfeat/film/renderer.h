@@ -41,6 +41,20 @@ struct RenderJob {
     std::function<void(RenderReport&)> finish;
 };
 
+/// What became of a job, for whoever started it: the renderer may have gone on to another's.
+/// Any thread.
+class JobState {
+public:
+    bool isRunning() const { return stage_ == Stage::kRunning; }
+    /// Complete, its finish call included, or interrupted by the host.
+    bool isConverged() const { return stage_ == Stage::kConverged; }
+
+private:
+    friend class Renderer;
+    enum class Stage : std::uint8_t { kRunning, kConverged, kStopped };
+    std::atomic<Stage> stage_{Stage::kRunning};
+};
+
 struct RenderProgress {
     double fraction = 0.0; ///< of all samples of the job, 0..1
     double seconds = 0.0;  ///< since the job started, pauses excluded
@@ -57,7 +71,10 @@ public:
 
     /// Starts a job in the background; a running one is stopped first. The scene must not be
     /// edited until stop() returned or the job converged.
-    void start(RenderJob job);
+    std::shared_ptr<const JobState> start(RenderJob job);
+    /// False while a job other than that one (null: any job) runs. Who shares the renderer and
+    /// starts a job only then gets a turn, and lets the others finish theirs.
+    bool isFreeFor(const JobState* job) const;
     /// Stops after at most a few milliseconds; the films keep what they have. No finish call.
     void stop();
     void pause();

@@ -143,3 +143,54 @@ TEST_CASE("the host's request to stop ends a job as converged and interrupted") 
     CHECK(renderer.isConverged());
     CHECK(interrupted);
 }
+
+TEST_CASE("two who share a renderer and wait for their turn both get their images") {
+    Stage stage;
+    Renderer renderer(stage.scene);
+    struct Client {
+        RenderJob job;
+        std::shared_ptr<const JobState> state;
+        int starts = 0;
+    };
+    Client clients[2];
+    for (Client& client : clients) {
+        client.job = endlessJob();
+        client.job.options.samplesPerPixel = 64;
+    }
+    const auto isDone = [](const Client& c) { return c.state && c.state->isConverged(); };
+    const Clock::time_point begin = Clock::now();
+    while (!(isDone(clients[0]) && isDone(clients[1])) && millisecondsSince(begin) < 20000.0) {
+        for (Client& client : clients) {
+            if (!client.state && renderer.isFreeFor(client.state.get())) {
+                client.state = renderer.start(client.job);
+                ++client.starts;
+            }
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    for (const Client& client : clients) {
+        CHECK(isDone(client)); // the first one still, after the second one's job
+        CHECK(client.starts == 1);
+        CHECK(client.job.views[0].film->sampleCount(31, 31) == 64);
+    }
+}
+
+TEST_CASE("the state of a job tells whether it ran to its end") {
+    Stage stage;
+    Renderer renderer(stage.scene);
+    CHECK(renderer.isFreeFor(nullptr));
+    const auto state = renderer.start(endlessJob());
+    CHECK(state->isRunning());
+    CHECK(renderer.isFreeFor(state.get()));
+    CHECK_FALSE(renderer.isFreeFor(nullptr));
+    renderer.stop();
+    CHECK_FALSE(state->isRunning());
+    CHECK_FALSE(state->isConverged());
+    CHECK(renderer.isFreeFor(nullptr));
+    RenderJob job = endlessJob();
+    job.options.samplesPerPixel = 1;
+    const auto next = renderer.start(job);
+    renderer.wait();
+    CHECK(next->isConverged());
+    CHECK_FALSE(state->isConverged());
+}
