@@ -44,6 +44,14 @@ def test_commands_are_on_path() -> None:
         assert Path(found.stdout.strip()).is_relative_to(Path(sys.prefix).parent)
 
 
+def test_binaries_do_not_tell_where_they_were_built() -> None:
+    build = Path(os.environ["MBFEAT_BUILD_DIR"])
+    binaries = [path for path in build.rglob("*.so") if "CMakeFiles" not in path.parts]
+    assert {path.name.partition(".")[0] for path in binaries} >= {"libmbfeat", "hdMBFeat", "_core"}
+    root = str(Path(__file__).resolve().parents[2]).encode()
+    assert [path.name for path in binaries if root in path.read_bytes()] == []
+
+
 def test_color_configs_are_files() -> None:
     configs = sorted(Path(os.environ["MBFEAT_OCIO_DIR"]).glob("*.ocio"))
     assert [config.name.partition("-")[0] for config in configs] == ["cg", "studio"]
