@@ -1,6 +1,7 @@
 #include "delegate/renderPass.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include "delegate/guard.h"
@@ -18,6 +19,10 @@
 namespace mbfeat {
 
 namespace {
+
+/// Hosts may ask again at once whether the image is finished (Blender does): without a short wait
+/// they would keep a whole core from the render threads.
+constexpr std::chrono::milliseconds kIdleWait(1);
 
 RenderBuffer* bufferOf(const HdRenderPassAovBinding& binding, HdRenderIndex& index) {
     HdBprim* const prim = binding.renderBuffer != nullptr
@@ -86,6 +91,8 @@ void RenderPass::execute(const HdRenderPassState& state, const TfTokenVector& re
     if (isDue && !waits) {
         startJob(state, targets, products, filter);
         started_ = wanted;
+    } else if (!param_.renderer().isConverged()) {
+        param_.renderer().waitFor(kIdleWait);
     }
     const bool done = !waits && job_->isConverged();
     if (done || !batch) {

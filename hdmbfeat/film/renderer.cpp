@@ -385,6 +385,11 @@ void Renderer::wait() {
     impl_->idle.wait(lock, [this] { return !impl_->hasJob; });
 }
 
+void Renderer::waitFor(std::chrono::milliseconds longest) {
+    std::unique_lock lock(impl_->mutex);
+    impl_->idle.wait_for(lock, longest, [this] { return !impl_->hasJob; });
+}
+
 RenderProgress Renderer::progress() const {
     return impl_->progress();
 }

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -86,6 +87,8 @@ public:
     bool isConverged() const;
     /// Blocks until the job converged.
     void wait();
+    /// Blocks until the job converged, at most for that time.
+    void waitFor(std::chrono::milliseconds longest);
 
     RenderProgress progress() const;
     /// Of the last finished (or running) job.

@@ -147,6 +147,22 @@ def restart(folder: Path) -> dict[str, Any]:
     return {"seconds": seconds, "fractions": fractions, "converged": host.engine.IsConverged()}
 
 
+def impatient(folder: Path) -> dict[str, Any]:
+    """Executions a second of a host that asks without a pause whether the image is finished."""
+    stage = hydrakit.make_stage()
+    hydrakit.add_quad(stage)
+    host = hydrakit.EngineHost(stage, 64, 64)
+    host.set(samplesPerPixel=65536)
+    host.render_once()
+    executions = 0
+    begin = time.monotonic()
+    while time.monotonic() - begin < 0.3:
+        host.render_once()
+        executions += 1
+    seconds = time.monotonic() - begin
+    return {"rate": executions / seconds, "converged": host.engine.IsConverged()}
+
+
 def pause_stop(folder: Path) -> dict[str, Any]:
     """Pausing holds the progress, stopping ends it, restarting begins anew."""
     stage = hydrakit.make_stage()
@@ -484,6 +500,7 @@ SCENARIOS: dict[str, Callable[[Path], dict[str, Any]]] = {
         edits,
         view_aov,
         restart,
+        impatient,
         pause_stop,
         two_delegates,
         instances,

@@ -50,6 +50,15 @@ def test_an_edit_restarts_the_render_at_once(scene_index: bool, tmp_path: Path) 
     assert not result["converged"]
 
 
+def test_an_impatient_host_leaves_the_cores_to_the_render(
+    scene_index: bool, tmp_path: Path
+) -> None:
+    result = hydrakit.run_scenario("impatient", scene_index, tmp_path)
+    assert not result["converged"]
+    # Each execution waits a millisecond for the end of the render.
+    assert result["rate"] < 1010.0
+
+
 def test_pause_holds_and_stop_ends_until_restart(scene_index: bool, tmp_path: Path) -> None:
     result = hydrakit.run_scenario("pause_stop", scene_index, tmp_path)
     before, after, resumed = result["fractions"]

@@ -111,6 +111,23 @@ TEST_CASE("the finish call comes once, before convergence, and not after a stop"
     CHECK(calls == 1);
 }
 
+TEST_CASE("waiting for a time ends with the time or with the job") {
+    Stage stage;
+    Renderer renderer(stage.scene);
+    renderer.start(endlessJob());
+    Clock::time_point begin = Clock::now();
+    renderer.waitFor(std::chrono::milliseconds(20));
+    CHECK(millisecondsSince(begin) >= 20.0);
+    CHECK_FALSE(renderer.isConverged());
+    RenderJob job = endlessJob();
+    job.options.samplesPerPixel = 1;
+    renderer.start(job);
+    begin = Clock::now();
+    renderer.waitFor(std::chrono::hours(1));
+    CHECK(renderer.isConverged());
+    CHECK(millisecondsSince(begin) < 60000.0);
+}
+
 TEST_CASE("two renderers live at once and one may die while rendering") {
     Stage first;
     Stage second;
