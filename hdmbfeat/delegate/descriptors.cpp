@@ -110,7 +110,7 @@ HdRenderSettingDescriptorList settingDescriptors() {
 }
 
 HdAovDescriptor aovDescriptor(const TfToken& name) {
-    const std::optional<AovDescriptor> aov = findAov(name.GetString());
+    const std::optional<AovDescriptor> aov = findAov(aovOfHostName(name.GetString()));
     if (!aov) {
         return HdAovDescriptor();
     }

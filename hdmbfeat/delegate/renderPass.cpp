@@ -31,6 +31,10 @@ RenderBuffer* bufferOf(const HdRenderPassAovBinding& binding, HdRenderIndex& ind
     return dynamic_cast<RenderBuffer*>(prim);
 }
 
+std::string aovOf(const HdRenderPassAovBinding& binding) {
+    return aovOfHostName(binding.aovName.GetString());
+}
+
 void fillWithClearValue(RenderBuffer& buffer, const std::string& aovName) {
     const std::optional<AovDescriptor> aov = findAov(aovName);
     const float clear = aov ? aov->clearValue : 0.0F;
@@ -144,7 +148,7 @@ std::vector<RenderPass::Target> RenderPass::resolveTargets(const HdRenderPassSta
     std::vector<Target> targets;
     for (const HdRenderPassAovBinding& binding : state.GetAovBindings()) {
         Target target;
-        target.aov = binding.aovName.GetString();
+        target.aov = aovOf(binding);
         target.buffer = bufferOf(binding, *GetRenderIndex());
         if (target.buffer == nullptr) {
             messages_.error(target.aov, "this AOV is bound without a buffer of this "
@@ -310,7 +314,7 @@ void RenderPass::giveUp(const HdRenderPassState& state, const std::string& why) 
     messages_.error("render pass", why);
     for (const HdRenderPassAovBinding& binding : state.GetAovBindings()) {
         if (RenderBuffer* const buffer = bufferOf(binding, *GetRenderIndex())) {
-            fillWithClearValue(*buffer, binding.aovName.GetString());
+            fillWithClearValue(*buffer, aovOf(binding));
             buffer->setConverged(true);
         }
     }

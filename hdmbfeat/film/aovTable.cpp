@@ -219,6 +219,25 @@ std::optional<AovDescriptor> findAov(const std::string& name) {
     return aovTable()[found->second];
 }
 
+std::string aovOfHostName(const std::string& name) {
+    constexpr std::string_view kPrimvarIdentifier = "primvars_";
+    if (name.size() > kPrimvarIdentifier.size() &&
+        name.compare(0, kPrimvarIdentifier.size(), kPrimvarIdentifier) == 0) {
+        return std::string(kPrimvarPrefix) + name.substr(kPrimvarIdentifier.size());
+    }
+    static const std::unordered_map<std::string, std::string> index = [] {
+        std::unordered_map<std::string, std::string> map;
+        for (const AovDescriptor& aov : aovTable()) {
+            std::string identifier = aov.name;
+            std::replace(identifier.begin(), identifier.end(), ':', '_');
+            map.emplace(std::move(identifier), aov.name);
+        }
+        return map;
+    }();
+    const auto found = index.find(name);
+    return found == index.end() ? name : found->second;
+}
+
 std::string nearestAovName(const std::string& name) {
     const std::size_t colon = name.find(':');
     // `primvar:st` and the like: the part after the colon is the user's, so keep it.

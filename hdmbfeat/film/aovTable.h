@@ -48,6 +48,10 @@ const std::vector<AovDescriptor>& aovTable();
 /// components that the primvar does not have.
 std::optional<AovDescriptor> findAov(const std::string& name);
 
+/// The AOV that a host means which needs identifiers for names and so writes "mbfeat_albedo_0" and
+/// "primvars_st" for mbfeat:albedo:0 and primvars:st. Any other name comes back as it is.
+std::string aovOfHostName(const std::string& name);
+
 /// The table's name that is nearest to a misspelt one, for error messages.
 std::string nearestAovName(const std::string& name);
 

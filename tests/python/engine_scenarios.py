@@ -106,6 +106,10 @@ def view_aov(folder: Path) -> dict[str, Any]:
         host.engine.SetRendererAov(name)
         if name not in [aov.name for aov in host.converge().aovs]:
             not_bound.append(name)
+        # Hosts that need identifiers write underscores for colons.
+        host.engine.SetRendererAov(name.replace(":", "_"))
+        if name not in [aov.name for aov in host.converge().aovs]:
+            not_bound.append(name.replace(":", "_"))
     host.engine.SetRendererAov("color")
     for name in names:
         host.set(viewAov=name)

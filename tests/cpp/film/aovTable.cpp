@@ -88,6 +88,21 @@ TEST_CASE("primvars are found by any name, other unknown names are not") {
     CHECK_FALSE(findAov("mbfeat:albedo:6").has_value());
 }
 
+TEST_CASE("hosts that need identifiers reach every AOV") {
+    for (const AovDescriptor& entry : aovTable()) {
+        std::string identifier = entry.name;
+        std::replace(identifier.begin(), identifier.end(), ':', '_');
+        CHECK(aovOfHostName(identifier) == entry.name);
+        CHECK(aovOfHostName(entry.name) == entry.name);
+    }
+    CHECK(aovOfHostName("primvars_st") == "primvars:st");
+    CHECK(aovOfHostName("primvars_my_name") == "primvars:my_name");
+    CHECK(aovOfHostName("primvars:st") == "primvars:st");
+    for (const char* name : {"", "primvars_", "mbfeat_albedo_6", "mbfeat_albedo:0"}) {
+        CHECK(aovOfHostName(name) == name);
+    }
+}
+
 TEST_CASE("the nearest name is the one that was meant") {
     CHECK(nearestAovName("mbfeat:albdo:0") == "mbfeat:albedo:0");
     CHECK(nearestAovName("Color") == "color");
