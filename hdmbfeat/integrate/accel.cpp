@@ -12,6 +12,9 @@ constexpr RTCFormat kAffineFormat = RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR;
 static_assert(sizeof(AffineF) == 12 * sizeof(float), "an Affine is Embree's column-major 3x4");
 
 void deviceError(void* diagnostics, RTCError code, const char* text) {
+    if (code == RTC_ERROR_CANCELLED) {
+        return; // an edit or the host stopped the build
+    }
     static_cast<Diagnostics*>(diagnostics)
         ->error("Embree", "error " + std::to_string(static_cast<int>(code)) + ": " +
                               (text != nullptr ? text : "no text") +

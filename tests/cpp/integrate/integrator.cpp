@@ -1,5 +1,6 @@
 // The path tracer against closed forms, and its invariances. Monte Carlo tolerances are stated as
 // multiples of a bound on the standard error; seeds are fixed.
+#include <atomic>
 #include <cmath>
 #include <string>
 
@@ -326,6 +327,26 @@ TEST_CASE("a camera that cannot see is reported and the render ends") {
     REQUIRE(test.diagnostics.messages().size() == 1);
     CHECK(test.diagnostics.messages()[0].severity == Severity::kError);
     CHECK(test.diagnostics.count(Severity::kError) == 0); // the job that it was about is gone
+}
+
+TEST_CASE("a commit may be stopped anywhere, says nothing of it and goes on at the next") {
+    TestScene test;
+    test.add("/Plain", sphereMesh(1.0F, 128, false), constantMaterial("/M", Rgb(0.5F)));
+    test.addInstances("/Placed", sphereMesh(1.0F, 128, false), constantMaterial("/N", Rgb(0.5F)),
+                      {translation(3, 0, 0), translation(0, 3, 0)});
+    Integrator integrator(test.scene);
+    int stops = 0;
+    bool committed = false;
+    while (!committed) {
+        // Allows one check more each time, until that is enough for what is left to do.
+        std::atomic<int> checks{0};
+        const int allowed = stops;
+        committed = integrator.commit(exactOptions(1), [&] { return checks++ >= allowed; });
+        stops += committed ? 0 : 1;
+        REQUIRE(stops < 100000);
+    }
+    CHECK(stops > 2);
+    CHECK(test.diagnostics.messages().empty());
 }
 
 TEST_CASE("an empty scene renders to black") {
