@@ -70,7 +70,9 @@ void MeshPrim::Sync(HdSceneDelegate* delegate, HdRenderParam* renderParam, HdDir
                     const TfToken& /*reprToken*/) {
     auto& param = *static_cast<RenderParam*>(renderParam);
     guarded(publishMessages_, geometry_.path, [&] { syncPrim(delegate, param, dirtyBits); });
-    *dirtyBits &= ~HdChangeTracker::AllSceneDirtyBits;
+    // Also the bits above those of the scene, which a host that marks everything dirty sets: with
+    // any left the prim is synced again, and the render starts twice (test_blender.py).
+    *dirtyBits = HdChangeTracker::Clean;
 }
 
 void MeshPrim::syncPrim(HdSceneDelegate* delegate, RenderParam& param, HdDirtyBits* dirtyBits) {
