@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from mbfeat.devtools import environment, steps, usd_runtime
+from mbfeat.devtools import blender, environment, steps, usd_runtime
 from mbfeat.devtools.console import Console, SetupError, run_logged
 from mbfeat.devtools.layout import Layout
 
@@ -72,6 +72,13 @@ def test_build_key_follows_sources(tmp_path: Path, root: Path) -> None:
     (source.parent / "notes.md").write_text("not compiled")
     assert len(set(keys)) == 4
     assert build.key() == keys[-1]
+
+
+def test_system_packages_of_one_purpose_are_nobody_elses(root: Path) -> None:
+    kinds = (steps.SystemPackages, steps.LintSystemPackages, blender.BlenderSystemPackages)
+    building, lint, host = (set(kind(Layout(root), Console()).packages()) for kind in kinds)
+    assert "cmake" in building and "clang-tidy" in lint and "libxi6" in host
+    assert not building & lint and not building & host and not lint & host
 
 
 def test_repeated_run_does_nothing(root: Path) -> None:

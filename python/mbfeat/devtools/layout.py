@@ -47,6 +47,11 @@ class Layout:
         return self.made / "bin"
 
     @property
+    def blender(self) -> Path:
+        """The virtual environment with Blender, for the test that needs it."""
+        return self.made / "blender"
+
+    @property
     def downloads(self) -> Path:
         return self.made / "downloads"
 

@@ -152,7 +152,7 @@ class VirtualEnvironment(Step):
 
     def key(self) -> str:
         # A venv holds absolute paths, so its own place counts.
-        return digest(_base_python(), str(self.layout.venv), self.requirements.read_bytes())
+        return digest(base_python(), str(self.layout.venv), self.requirements.read_bytes())
 
     def present(self) -> bool:
         return self.layout.venv_python.exists()
@@ -163,8 +163,8 @@ class VirtualEnvironment(Step):
         # not reliable, and a helper process that outlived a killed ./run may still write there.
         folder = self.layout.made / "venvs" / f"{os.getpid()}-{time.time_ns()}"
         self._remove_others()
-        failure = f"no virtual environment could be made with {_base_python()}"
-        self.call([_base_python(), "-m", "venv", folder], failure)
+        failure = f"no virtual environment could be made with {base_python()}"
+        self.call([base_python(), "-m", "venv", folder], failure)
         lines = self.requirements.read_text(encoding="utf-8").splitlines()
         pip = [line for line in lines if line.startswith("pip==")]
         failure = "the pinned Python packages could not be installed"
@@ -331,7 +331,7 @@ class Build(Step):
         return home is not None and Path(home.group(1)) == self.layout.root
 
 
-def _base_python() -> str:
+def base_python() -> str:
     """The interpreter beneath this one's virtual environment, if it runs in one."""
     return os.path.realpath(getattr(sys, "_base_executable", sys.executable))
 
