@@ -97,6 +97,38 @@ T safeSqrt(T x) {
     return sqrt(max(x, T(0)));
 }
 
+/// Sine and cosine of 2 pi u for |u| up to about 1e5, to 1.5 ulp of the larger of the two. Float and
+/// SIMD lanes get the same bits, which the C library's functions would not give; doubles get the
+/// library's. Reduction to an eighth of a turn is exact; minimax polynomials of S. Moshier's Cephes
+/// library (sinf.c) from there on.
+template <class T>
+void sinCosTurns(T u, T& sine, T& cosine) {
+    if constexpr (std::is_same_v<T, double>) {
+        constexpr double kTurn = 6.283185307179586476925;
+        sine = std::sin(kTurn * u);
+        cosine = std::cos(kTurn * u);
+    } else {
+        const T quarter = floor(fma(u, T(4), T(0.5F)));
+        const T x = fma(quarter, T(-0.25F), u) * T(6.28318530717958647693F);
+        const T x2 = x * x;
+        const T s = fma(x * x2,
+                        fma(x2, fma(x2, T(-1.9515295891e-4F), T(8.3321608736e-3F)),
+                            T(-1.6666654611e-1F)),
+                        x);
+        const T c = fma(x2 * x2,
+                        fma(x2, fma(x2, T(2.443315711809948e-5F), T(-1.388731625493765e-3F)),
+                            T(4.166664568298827e-2F)),
+                        fma(x2, T(-0.5F), T(1)));
+        // The quadrant, 0 to 3.
+        const T quadrant = fma(floor(quarter * T(0.25F)), T(-4), quarter);
+        const Mask<T> odd = quadrant == T(1) || quadrant == T(3);
+        const T a = select(odd, c, s);
+        const T b = select(odd, s, c);
+        sine = select(quadrant >= T(2), -a, a);
+        cosine = select(quadrant == T(1) || quadrant == T(2), -b, b);
+    }
+}
+
 inline constexpr float kPi = 3.14159265358979323846F;
 inline constexpr float kInvPi = 0.31830988618379067154F;
 inline constexpr float kTwoPi = 6.28318530717958647693F;

@@ -17,9 +17,8 @@ Vec2<T> concentricDisk(Vec2<T> u) {
     const T r = select(wide, a, b);
     const T other = select(wide, b, a);
     const T ratio = select(r == T(0), T(0), other / select(r == T(0), T(1), r));
-    const T quarter = T(0.25F * kPi) * ratio;
-    const T c = cos(quarter);
-    const T s = sin(quarter);
+    T s, c;
+    sinCosTurns(T(0.125F) * ratio, s, c);
     return {r * select(wide, c, s), r * select(wide, s, c)};
 }
 
@@ -46,8 +45,9 @@ Vec3<T> uniformSphere(Vec2<T> u) {
     const T z = fma(T(-2), u.x, T(1));
     // 1 - z^2 without cancellation near the poles.
     const T r = T(2) * safeSqrt(u.x * (T(1) - u.x));
-    const T phi = T(kTwoPi) * u.y;
-    return {r * cos(phi), r * sin(phi), z};
+    T s, c;
+    sinCosTurns(u.y, s, c);
+    return {r * c, r * s, z};
 }
 
 template <class T>
@@ -61,8 +61,9 @@ template <class T>
 Vec3<T> uniformCone(Vec2<T> u, T oneMinusCosMax) {
     const T h = u.x * oneMinusCosMax;
     const T r = safeSqrt(h * (T(2) - h));
-    const T phi = T(kTwoPi) * u.y;
-    return {r * cos(phi), r * sin(phi), T(1) - h};
+    T s, c;
+    sinCosTurns(u.y, s, c);
+    return {r * c, r * s, T(1) - h};
 }
 
 template <class T>

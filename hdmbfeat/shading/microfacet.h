@@ -54,11 +54,12 @@ public:
     Vec3<T> sampleVisible(const Vec3<T>& wo, const Vec2<T>& u) const {
         const Vec3<T> stretched =
             normalize(Vec3<T>(alpha_ * wo.x, alpha_ * wo.y, max(wo.z, T(1e-20F))));
-        const T phi = T(kTwoPi) * u.x;
         const T span = T(1) + stretched.z;
         const T drop = u.y * span; // 1 - z of the point on the cap
         const T sine = safeSqrt(drop * (T(2) - drop));
-        const Vec3<T> h(fma(sine, cos(phi), stretched.x), fma(sine, sin(phi), stretched.y),
+        T s, c;
+        sinCosTurns(u.x, s, c);
+        const Vec3<T> h(fma(sine, c, stretched.x), fma(sine, s, stretched.y),
                         (T(1) - u.y) * span);
         return normalize(Vec3<T>(alpha_ * h.x, alpha_ * h.y, max(h.z, T(1e-12F))));
     }

@@ -178,8 +178,10 @@ template <class T>
 typename Bsdf<T>::Interface Bsdf<T>::interfaceAt(const T& c) const {
     const Vec3<T> out = outsideReflectance(c);
     Vec3<T> directed = out;
-    const Mask<T> towardsThinner = index_.eta < outside_.eta;
-    if (any(towardsThinner && p_.opacity < T(1))) {
+    // Without opacity there is no inside; lanes that do not need it must not change by its being
+    // computed for others.
+    const Mask<T> towardsThinner = index_.eta < outside_.eta && p_.opacity < T(1);
+    if (any(towardsThinner)) {
         const T gSquared = index_.refractedSquared(c);
         const T cosineThinner = safeSqrt(gSquared) / index_.eta;
         const Vec3<T> schlick = select<T>(
