@@ -16,6 +16,10 @@
 
 #include <xsimd/xsimd.hpp>
 
+#if defined(__AVX512F__)
+#include <immintrin.h>
+#endif
+
 namespace mbfeat {
 
 using std::abs;
@@ -36,6 +40,15 @@ using std::pow;
 using std::sin;
 using std::sqrt;
 using std::tan;
+
+#if defined(__AVX512F__)
+/// xsimd 8's AVX-512 has no fused form of its own and rounds twice. Not a template, so that it is
+/// preferred to xsimd's.
+inline xsimd::batch<float> fma(const xsimd::batch<float>& a, const xsimd::batch<float>& b,
+                               const xsimd::batch<float>& c) {
+    return {_mm512_fmadd_ps(a, b, c)};
+}
+#endif
 
 /// Properties of a lane type: its mask type, its scalar type and its number of lanes.
 template <class T>

@@ -81,9 +81,12 @@ std::vector<SettingDescriptor> makeSettingTable() {
                  "no clamp. A clamp loses energy."),
         makeSwitch("mbfeat:robust", "Robust traversal", defaults.robust,
                    "Watertight ray traversal at the edges of triangles; off is faster."),
-        makeInteger("mbfeat:tileSize", "Tile size", defaults.tileSize, 1, 1024,
-                    "Side of the tiles that threads render, in pixels. The image does not depend "
-                    "on it."),
+        makeText("mbfeat:kernel", "Kernel", "auto", {"auto", "scalar", "avx2", "avx512"},
+                 "Implementation of the integrator: `auto` is the widest vectors that the "
+                 "processor has, `scalar` the reference. The image does not depend on it."),
+        makeInteger("mbfeat:tileSize", "Tile size", defaults.tileSize, 0, 1024,
+                    "Side of the tiles that threads render, in pixels; 0 fits it to the image and "
+                    "the samples. The image does not depend on it."),
         makeText("mbfeat:viewAov", "Show AOV", defaults.viewAov, {},
                  "Name of the AOV that viewers get as `color`; empty is the image itself."),
         makeText("mbfeat:onError", "On error", "warn", {"warn", "abort"},
@@ -460,6 +463,7 @@ RenderOptions resolveOptions(const Settings& settings) {
     options.clampDirect = getFloat(settings, "mbfeat:clampDirect");
     options.clampIndirect = getFloat(settings, "mbfeat:clampIndirect");
     options.robust = get<bool>(settings, "mbfeat:robust");
+    options.kernel = getEnum<Kernel>(settings, "mbfeat:kernel");
     options.tileSize = getInt(settings, "mbfeat:tileSize");
     options.viewAov = get<std::string>(settings, "mbfeat:viewAov");
     options.onError = getEnum<OnError>(settings, "mbfeat:onError");

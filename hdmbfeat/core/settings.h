@@ -72,6 +72,8 @@ std::string toString(const SettingValue& value);
 
 enum class PixelFilter : std::uint8_t { kBox, kTriangle, kGaussian, kBlackmanHarris, kMitchell };
 enum class OnError : std::uint8_t { kWarn, kAbort };
+/// Implementations of the integrator. All give the same image.
+enum class Kernel : std::uint8_t { kAuto, kScalar, kAvx2, kAvx512 };
 
 /// The resolved settings with C++ types, as the renderer wants them.
 struct RenderOptions {
@@ -85,7 +87,8 @@ struct RenderOptions {
     float clampDirect = 0.0F;      ///< largest sample value, 0: no clamp (biased when on)
     float clampIndirect = 0.0F;
     bool robust = true;  ///< Embree's watertight traversal
-    int tileSize = 16;   ///< pixels on a side
+    Kernel kernel = Kernel::kAuto;
+    int tileSize = 0;    ///< pixels on a side; 0: fitted
     std::string viewAov; ///< AOV shown as `color`; empty: the image itself
     OnError onError = OnError::kWarn;
     double pathSampleMemory = 4.0; ///< GiB that per-path samples may take

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
@@ -44,6 +45,21 @@ std::vector<Tile> makeTiles(const PixelRect& rect, int size) {
     }
     return tiles;
 }
+
+/// Side of square tiles that fill a batch with their samples, but leave each thread several tiles.
+int fittedTile(const PixelRect& rect, int samples, int capacity, int threads) {
+    constexpr double kTilesPerThread = 8.0;
+    const double pixels = static_cast<double>(rect.width) * rect.height;
+    const double wanted = std::min(static_cast<double>(capacity) / samples,
+                                   pixels / (kTilesPerThread * threads));
+    return std::clamp(static_cast<int>(std::sqrt(wanted)), 4, 1024);
+}
+
+/// What a render thread works with.
+struct Worker {
+    std::unique_ptr<PathWorker> tracer;
+    std::vector<PixelSample> batch;
+};
 
 std::uint64_t jobSamples(const RenderJob& job) {
     std::uint64_t samples = 0;
@@ -193,46 +209,77 @@ struct Renderer::Impl {
             report.errors.push_back(subject + ": " + problem->text);
             return;
         }
-        const std::vector<Tile> tiles = makeTiles(view.film->window().data, job.options.tileSize);
+        startWorkers();
         int done = 0;
         while (done < view.samplesPerPixel && !shouldStop()) {
             const int samples = passSamples(job.interactive, done, view.samplesPerPixel);
-            renderPass(view, tiles, done, samples);
+            renderPass(view, done, samples);
             done += samples;
         }
+        workers.clear();
     }
 
-    void renderPass(const RenderView& view, const std::vector<Tile>& tiles, int first,
-                    int samples) {
+    void startWorkers() {
         const int wanted = job.options.threads > 0 ? job.options.threads : hardwareThreads();
         if (!pool || poolThreads != wanted) {
             pool = std::make_unique<ThreadPool>(wanted);
             poolThreads = wanted;
         }
+        workers.clear();
+        for (int i = 0; i < pool->threadCount(); ++i) {
+            workers.push_back({integrator.makeWorker(), {}});
+        }
+    }
+
+    void renderPass(const RenderView& view, int first, int samples) {
+        const PixelRect& rect = view.film->window().data;
+        const int side = job.options.tileSize > 0
+                             ? job.options.tileSize
+                             : fittedTile(rect, samples, workers.front().tracer->capacity(),
+                                          pool->threadCount());
+        const std::vector<Tile> tiles = makeTiles(rect, side);
         pool->run(0, static_cast<std::int64_t>(tiles.size()), 1, &stopping,
-                  [&](std::int64_t index, int /*thread*/) {
+                  [&](std::int64_t index, int thread) {
                       if (waitWhilePaused()) {
-                          renderTile(view, tiles[static_cast<std::size_t>(index)], first, samples);
+                          renderTile(view, tiles[static_cast<std::size_t>(index)], first, samples,
+                                     workers[static_cast<std::size_t>(thread)]);
                           reportProgress();
                       }
                   });
     }
 
-    void renderTile(const RenderView& view, const Tile& tile, int first, int samples) {
-        PathRecord record;
+    void renderTile(const RenderView& view, const Tile& tile, int first, int samples,
+                    Worker& worker) {
+        const auto capacity = static_cast<std::size_t>(worker.tracer->capacity());
+        worker.batch.clear();
         for (int y = tile.y0; y < tile.y1; ++y) {
             for (int x = tile.x0; x < tile.x1; ++x) {
-                if (shouldStop()) {
-                    return;
-                }
                 for (int s = first; s < first + samples; ++s) {
-                    integrator.trace(x, y, static_cast<std::uint32_t>(s), record);
-                    view.film->add(x, y, record);
+                    worker.batch.push_back({x, y, static_cast<std::uint32_t>(s)});
+                    if (worker.batch.size() == capacity && !traceBatch(view, worker)) {
+                        return;
+                    }
                 }
-                samplesDone.fetch_add(static_cast<std::uint64_t>(samples),
-                                      std::memory_order_relaxed);
             }
         }
+        traceBatch(view, worker);
+    }
+
+    /// Traces the collected samples and adds them to the film; false when it was stopped. A pixel's
+    /// samples are added in order, whatever the batches.
+    bool traceBatch(const RenderView& view, Worker& worker) {
+        const auto count = static_cast<int>(worker.batch.size());
+        if (!integrator.trace(*worker.tracer, worker.batch.data(), count,
+                              [this] { return shouldStop(); })) {
+            return false;
+        }
+        for (int i = 0; i < count; ++i) {
+            const PixelSample& at = worker.batch[static_cast<std::size_t>(i)];
+            view.film->add(at.x, at.y, worker.tracer->record(i));
+        }
+        samplesDone.fetch_add(static_cast<std::uint64_t>(count), std::memory_order_relaxed);
+        worker.batch.clear();
+        return true;
     }
 
     /// Blocks during a pause; false when the work is to end.
@@ -293,6 +340,7 @@ struct Renderer::Impl {
     std::thread thread;
     std::unique_ptr<ThreadPool> pool; ///< the render threads, kept from pass to pass
     int poolThreads = 0;
+    std::vector<Worker> workers; ///< one a thread of the pool, for the view that is rendered
     mutable std::mutex mutex;
     std::condition_variable wake, idle;
     bool quit = false;

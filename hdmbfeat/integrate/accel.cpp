@@ -37,37 +37,45 @@ void lightBoundsCallback(const RTCBoundsFunctionArguments* arguments) {
                                      box.upper.x, box.upper.y, box.upper.z, 0.0F};
 }
 
-/// Distance to the light shape along the ray, or a negative number.
-float lightDistance(const void* userPointer, unsigned primId, const RTCRay& ray) {
+/// Distance to the light shape along ray i of n, or a negative number.
+float lightDistance(const void* userPointer, unsigned primId, RTCRayN* rays, unsigned n,
+                    unsigned i) {
     const auto& lights = *static_cast<const LightSampler*>(userPointer);
-    return lights.intersectShape(primId, {ray.org_x, ray.org_y, ray.org_z},
-                                 {ray.dir_x, ray.dir_y, ray.dir_z}, ray.tnear, ray.tfar);
+    return lights.intersectShape(
+        primId, {RTCRayN_org_x(rays, n, i), RTCRayN_org_y(rays, n, i), RTCRayN_org_z(rays, n, i)},
+        {RTCRayN_dir_x(rays, n, i), RTCRayN_dir_y(rays, n, i), RTCRayN_dir_z(rays, n, i)},
+        RTCRayN_tnear(rays, n, i), RTCRayN_tfar(rays, n, i));
 }
 
 void lightIntersectCallback(const RTCIntersectFunctionNArguments* arguments) {
-    // Only single rays are traced, so N is 1.
-    if (arguments->valid[0] == 0) {
-        return;
-    }
-    auto& rayHit = *reinterpret_cast<RTCRayHit*>(arguments->rayhit);
-    const float t = lightDistance(arguments->geometryUserPtr, arguments->primID, rayHit.ray);
-    if (t > 0.0F) {
-        rayHit.ray.tfar = t;
-        rayHit.hit.u = 0.0F;
-        rayHit.hit.v = 0.0F;
-        rayHit.hit.geomID = arguments->geomID;
-        rayHit.hit.primID = arguments->primID;
-        rayHit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    const unsigned n = arguments->N;
+    RTCRayN* const rays = RTCRayHitN_RayN(arguments->rayhit, n);
+    RTCHitN* const hits = RTCRayHitN_HitN(arguments->rayhit, n);
+    for (unsigned i = 0; i < n; ++i) {
+        if (arguments->valid[i] == 0) {
+            continue;
+        }
+        const float t =
+            lightDistance(arguments->geometryUserPtr, arguments->primID, rays, n, i);
+        if (t > 0.0F) {
+            RTCRayN_tfar(rays, n, i) = t;
+            RTCHitN_u(hits, n, i) = 0.0F;
+            RTCHitN_v(hits, n, i) = 0.0F;
+            RTCHitN_geomID(hits, n, i) = arguments->geomID;
+            RTCHitN_primID(hits, n, i) = arguments->primID;
+            RTCHitN_instID(hits, n, i, 0) = RTC_INVALID_GEOMETRY_ID;
+        }
     }
 }
 
 void lightOccludedCallback(const RTCOccludedFunctionNArguments* arguments) {
-    if (arguments->valid[0] == 0) {
-        return;
-    }
-    auto& ray = *reinterpret_cast<RTCRay*>(arguments->ray);
-    if (lightDistance(arguments->geometryUserPtr, arguments->primID, ray) > 0.0F) {
-        ray.tfar = -std::numeric_limits<float>::infinity();
+    const unsigned n = arguments->N;
+    for (unsigned i = 0; i < n; ++i) {
+        if (arguments->valid[i] != 0 && lightDistance(arguments->geometryUserPtr,
+                                                      arguments->primID, arguments->ray, n,
+                                                      i) > 0.0F) {
+            RTCRayN_tfar(arguments->ray, n, i) = -std::numeric_limits<float>::infinity();
+        }
     }
 }
 
@@ -245,12 +253,15 @@ void Accel::bindMaterials(const Scene& scene) {
     mayCutOut_ = false;
     triangles_ = 0;
     instances_ = 0;
+    bindingCount_ = 0;
     for (std::size_t i = 0; i < geometries_.size(); ++i) {
         AccelGeometry& record = *geometries_[i];
         const CommittedGeometry& committed = scene.geometries()[i];
         record.source = committed.source;
         record.bindings.clear();
         record.materials.clear();
+        record.firstBinding = static_cast<std::uint32_t>(bindingCount_);
+        bindingCount_ += committed.materials.size();
         record.mayCutOut = false;
         record.emits = false;
         for (const std::uint32_t index : committed.materials) {
@@ -388,24 +399,30 @@ RayHit Accel::intersect(const Float3& origin, const Float3& direction, float tNe
     query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     embreeIntersect(top_.get(), query, coherent);
 
+    return decode(query.hit.geomID, query.hit.instID[0], query.hit.primID, query.ray.tfar,
+                  query.hit.u, query.hit.v);
+}
+
+RayHit Accel::decode(unsigned geomId, unsigned instId, unsigned primId, float t, float b1,
+                     float b2) const {
     RayHit hit;
-    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) {
+    if (geomId == RTC_INVALID_GEOMETRY_ID) {
         return hit;
     }
-    const bool inInstance = query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID;
-    const TopEntry& entry = topEntries_[inInstance ? query.hit.instID[0] : query.hit.geomID];
-    hit.t = query.ray.tfar;
+    const bool inInstance = instId != RTC_INVALID_GEOMETRY_ID;
+    const TopEntry& entry = topEntries_[inInstance ? instId : geomId];
+    hit.t = t;
     if (entry.isLights) {
         hit.kind = RayHit::Kind::kLight;
-        hit.light = lights_->lightOfShape(query.hit.primID);
+        hit.light = lights_->lightOfShape(primId);
         return hit;
     }
     hit.kind = RayHit::Kind::kSurface;
     hit.geometry = entry.geometry;
     hit.instance = entry.instance;
-    hit.triangle = query.hit.primID;
-    hit.b1 = query.hit.u;
-    hit.b2 = query.hit.v;
+    hit.triangle = primId;
+    hit.b1 = b1;
+    hit.b2 = b2;
     return hit;
 }
 

@@ -43,6 +43,7 @@ struct AccelGeometry {
     std::shared_ptr<const Mesh> mesh;
     /// Material of each slot, bound to the mesh's primvars.
     std::vector<MaterialBinding> bindings;
+    std::uint32_t firstBinding = 0; ///< number of bindings[0] among those of all geometries
     std::vector<std::shared_ptr<const Material>> materials; ///< what the bindings point to
     bool instanced = false;
     std::vector<AffineF> toRender;              ///< object to render space, one a transform
@@ -95,9 +96,25 @@ public:
                      bool coherent) const;
     bool occluded(const Float3& origin, const Float3& direction, float tNear, float tFar) const;
 
+    /// The same for packets of N = 8 or 16 rays in Embree's layout, `valid` as Embree wants it.
+    template <int N>
+    void intersectPacket(const int* valid, typename EmbreePacket<N>::RayHit& rays,
+                         bool coherent) const {
+        embreeIntersectPacket<N>(top_.get(), valid, rays, coherent);
+    }
+    template <int N>
+    void occludedPacket(const int* valid, typename EmbreePacket<N>::Ray& rays) const {
+        embreeOccludedPacket<N>(top_.get(), valid, rays);
+    }
+    /// What Embree's names of a hit stand for.
+    RayHit decode(unsigned geomId, unsigned instId, unsigned primId, float t, float b1,
+                  float b2) const;
+
     const std::vector<std::unique_ptr<AccelGeometry>>& geometries() const { return geometries_; }
     const std::vector<EmissiveTriangleRef>& emissiveTriangles() const { return emissive_; }
     bool mayCutOut() const { return mayCutOut_; }
+    /// Bindings of all geometries, numbered through: see AccelGeometry::firstBinding.
+    std::size_t bindingCount() const { return bindingCount_; }
     std::size_t triangleCount() const { return triangles_; }
     std::size_t instanceCount() const { return instances_; }
     /// Of all surfaces, render space.
@@ -128,7 +145,7 @@ private:
     Double3 origin_{0.0};
     bool robust_ = true;
     bool mayCutOut_ = false;
-    std::size_t triangles_ = 0, instances_ = 0;
+    std::size_t triangles_ = 0, instances_ = 0, bindingCount_ = 0;
 };
 
 } // namespace mbfeat

@@ -39,6 +39,69 @@ inline bool embreeOccluded(RTCScene scene, RTCRay& ray) {
     return ray.tfar < 0.0F;
 }
 
+/// Packets of 8 or 16 rays. `valid` holds -1 for the rays that take part and 0 for the others. For
+/// each ray the answer is that of the single query, bit for bit (tests/cpp/integrate/packets.cpp).
+template <int N>
+struct EmbreePacket;
+template <>
+struct EmbreePacket<8> {
+    using RayHit = RTCRayHit8;
+    using Ray = RTCRay8;
+};
+template <>
+struct EmbreePacket<16> {
+    using RayHit = RTCRayHit16;
+    using Ray = RTCRay16;
+};
+
+template <int N>
+void embreeIntersectPacket(RTCScene scene, const int* valid,
+                           typename EmbreePacket<N>::RayHit& rays, bool coherent) {
+#if RTC_VERSION_MAJOR >= 4
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.flags = coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
+    RTCIntersectArguments* const how = &arguments;
+    if constexpr (N == 8) {
+        rtcIntersect8(valid, scene, &rays, how);
+    } else {
+        rtcIntersect16(valid, scene, &rays, how);
+    }
+#else
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags =
+        coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+    if constexpr (N == 8) {
+        rtcIntersect8(valid, scene, &context, &rays);
+    } else {
+        rtcIntersect16(valid, scene, &context, &rays);
+    }
+#endif
+}
+
+/// Rays that meet something get a negative tfar.
+template <int N>
+void embreeOccludedPacket(RTCScene scene, const int* valid, typename EmbreePacket<N>::Ray& rays) {
+#if RTC_VERSION_MAJOR >= 4
+    RTCOccludedArguments arguments;
+    rtcInitOccludedArguments(&arguments);
+    if constexpr (N == 8) {
+        rtcOccluded8(valid, scene, &rays, &arguments);
+    } else {
+        rtcOccluded16(valid, scene, &rays, &arguments);
+    }
+#else
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    if constexpr (N == 8) {
+        rtcOccluded8(valid, scene, &context, &rays);
+    } else {
+        rtcOccluded16(valid, scene, &context, &rays);
+    }
+#endif
+}
+
 /// Sole owner of an Embree handle.
 template <class Handle, void (*release)(Handle)>
 class EmbreeHandle {

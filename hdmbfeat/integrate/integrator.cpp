@@ -6,13 +6,10 @@
 #include <string>
 
 #include "core/pixelFilter.h"
-#include "core/sampler.h"
 #include "integrate/accel.h"
 #include "integrate/cameraRay.h"
 #include "integrate/census.h"
-#include "integrate/dimensions.h"
-#include "integrate/pathTracer.h"
-#include "integrate/surfacePoint.h"
+#include "integrate/kernels.h"
 #include "shading/lightSampler.h"
 
 namespace mbfeat {
@@ -31,14 +28,21 @@ std::size_t shardOfThread() {
     return shard;
 }
 
-/// Flags that make the path itself be recorded vertex by vertex; contributions always are.
-constexpr std::uint32_t kPathFlags = kRecordFeatures | kRecordExtended | kRecordFirstNonDelta;
+/// Paths of a batch. Small ones stay in the second-level cache; where the acceleration structure
+/// does not, large ones give the sorting of rays something to sort.
+constexpr int kSmallBatch = 4096;
+constexpr int kLargeBatch = 32768;
+constexpr std::size_t kLargeScene = 100000;
 
 /// Only this many bad samples are logged one by one; all are counted.
 constexpr int kLoggedNonFinite = 8;
 
-bool finiteRecord(const PathRecord& record) {
-    bool finite = isFinite(record.radiance) && isFinite(record.emission) && isFinite(record.tail);
+bool finiteRecord(const PathRecord& record, std::uint32_t recordFlags) {
+    bool finite = isFinite(record.radiance);
+    if (recordFlags == kRecordColor) {
+        return finite;
+    }
+    finite = finite && isFinite(record.emission) && isFinite(record.tail);
     for (int k = 0; k < kFeatureVertices; ++k) {
         finite = finite && isFinite(record.contributions[k]) &&
                  isFinite(record.features[k].albedo) && isFinite(record.features[k].normal) &&
@@ -80,29 +84,6 @@ struct Integrator::Impl {
     FilterSampler filter{PixelFilter::kBox, 1.0F};
     mutable std::array<CounterShard, kShards> counters;
     mutable std::atomic<int> loggedNonFinite{0}; ///< of this view
-
-    void recordFirstHit(const RayHit& hit, const CameraRay& ray, PathRecord& record) const {
-        record.depth = 1.0F;
-        if (hit.kind == RayHit::Kind::kNone) {
-            return;
-        }
-        const Float3 p = ray.origin + ray.direction * record.distance;
-        record.cameraDepth = camera.viewDepth(p);
-        record.depth = camera.projectedDepth(record.cameraDepth);
-        record.eyeNormal = camera.toCamera(record.normal);
-        if (hit.kind != RayHit::Kind::kSurface) {
-            return;
-        }
-        const AccelGeometry& geometry = *accel.geometries()[hit.geometry];
-        const std::vector<std::int32_t>& ids = geometry.source->instanceIds;
-        record.primId = geometry.source->primId;
-        record.instanceId =
-            ids.empty() ? static_cast<std::int32_t>(hit.instance) : ids[hit.instance];
-        record.elementId = static_cast<std::int32_t>(geometry.mesh->faceOf(hit.triangle));
-        for (std::size_t i = 0; i < request.primvars.size() && i < kMaxPrimvarAovs; ++i) {
-            record.primvars[i] = primvarAt(geometry, hit, request.primvars[i]);
-        }
-    }
 
     void rejectNonFinite(int x, int y, std::uint32_t sampleIndex, PathRecord& record) const {
         const Float2 subpixel = record.subpixel;
@@ -187,36 +168,39 @@ Status Integrator::setView(const Camera& camera, const ImageWindow& window,
     return {};
 }
 
-void Integrator::trace(int x, int y, std::uint32_t sampleIndex, PathRecord& record) const {
+std::unique_ptr<PathWorker> Integrator::makeWorker() const {
     const Impl& m = *impl_;
-    const RenderOptions& options = m.request.options;
-    record = PathRecord{};
-    const Sampler sampler(x, y, sampleIndex, options.seed, m.request.frame);
+    const bool large = m.accel.triangleCount() + m.accel.instanceCount() >= kLargeScene;
+    const bool allPlanes =
+        (m.request.recordFlags & kPathRecordFlags) != 0 || m.lightsHaveMultipliers;
+    return makePathWorker(m.request.options.kernel, large ? kLargeBatch : kSmallBatch, allPlanes);
+}
 
-    const FilterSample offset = m.filter.sample(sampler.get2D(kDimPixel));
-    record.subpixel = {0.5F + offset.offset.x, 0.5F + offset.offset.y};
-    record.filterWeight = offset.weight;
-    const CameraRay ray = m.camera.generate(
-        {static_cast<float>(x) + record.subpixel.x, static_cast<float>(y) + record.subpixel.y},
-        sampler.get2D(kDimLens));
-
-    const PathTracer tracer{m.accel, m.lights, options, m.lightsHaveMultipliers};
-    RayHit firstHit;
-    const PathCounts spent = (m.request.recordFlags & kPathFlags) != 0
-                                 ? tracer.trace<true>(ray, sampler, record, firstHit)
-                                 : tracer.trace<false>(ray, sampler, record, firstHit);
-    if ((m.request.recordFlags & (kRecordFirstHit | kRecordPrimvars)) != 0) {
-        m.recordFirstHit(firstHit, ray, record);
-    }
-    scaleExposure(record, m.camera.exposureScale());
-
+bool Integrator::trace(PathWorker& worker, const PixelSample* samples, int count,
+                       const StopCheck& stop) const {
+    const Impl& m = *impl_;
+    const std::uint32_t flags = m.request.recordFlags;
+    const PathContext context{m.accel,          m.lights,        m.camera,
+                              m.filter,         m.request.options, m.request.primvars,
+                              flags,            m.request.frame, m.lightsHaveMultipliers};
+    const PathCounts before = worker.counts();
+    const bool done = worker.trace(context, samples, count, stop);
     CounterShard& counters = m.counters[shardOfThread()];
-    counters.paths.fetch_add(1, std::memory_order_relaxed);
-    counters.rays.fetch_add(spent.rays, std::memory_order_relaxed);
-    counters.shadowRays.fetch_add(spent.shadowRays, std::memory_order_relaxed);
-    if (!finiteRecord(record)) {
-        m.rejectNonFinite(x, y, sampleIndex, record);
+    const PathCounts after = worker.counts();
+    counters.rays.fetch_add(after.rays - before.rays, std::memory_order_relaxed);
+    counters.shadowRays.fetch_add(after.shadowRays - before.shadowRays, std::memory_order_relaxed);
+    if (!done) {
+        return false;
     }
+    counters.paths.fetch_add(static_cast<std::uint64_t>(count), std::memory_order_relaxed);
+    for (int i = 0; i < count; ++i) {
+        PathRecord& record = worker.record(i);
+        scaleExposure(record, m.camera.exposureScale());
+        if (!finiteRecord(record, flags)) {
+            m.rejectNonFinite(samples[i].x, samples[i].y, samples[i].index, record);
+        }
+    }
+    return true;
 }
 
 EffectCensus Integrator::census() const {

@@ -1,6 +1,7 @@
-// The path integrator's face to its callers: one sample of one pixel.
+// The path integrator's face to its callers: batches of pixel samples.
 //
-// Threads: commit() by one thread while nothing traces; trace() by any number at once.
+// Threads: commit() and setView() by one thread while nothing traces; trace() by any number at
+// once, each with a worker of its own.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +12,7 @@
 
 #include "core/settings.h"
 #include "integrate/pathRecord.h"
+#include "integrate/pathWorker.h"
 #include "scene/camera.h"
 #include "scene/scene.h"
 
@@ -51,8 +53,13 @@ public:
     Status setView(const Camera& camera, const ImageWindow& window,
                    const IntegratorRequest& request);
 
-    /// Traces sample `sampleIndex` of display-window pixel (x, y).
-    void trace(int x, int y, std::uint32_t sampleIndex, PathRecord& record) const;
+    /// A worker for the view, for one thread. Not to be used after the next setView().
+    std::unique_ptr<PathWorker> makeWorker() const;
+    /// Traces up to worker.capacity() samples; worker.record(i) then belongs to samples[i]. `stop`
+    /// (may be empty) is polled every few milliseconds; true leaves the records undefined and
+    /// returns false.
+    bool trace(PathWorker& worker, const PixelSample* samples, int count,
+               const StopCheck& stop) const;
 
     EffectCensus census() const;
     TraceStatistics statistics() const;

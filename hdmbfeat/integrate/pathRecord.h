@@ -24,6 +24,10 @@ enum RecordFlags : std::uint32_t {
     kRecordPrimvars = 1U << 5U,
 };
 
+/// Flags that make the path itself be recorded vertex by vertex.
+inline constexpr std::uint32_t kPathRecordFlags =
+    kRecordFeatures | kRecordExtended | kRecordFirstNonDelta;
+
 /// Bits of VertexExtended::event. At an emitter that ends the path only kEventEmission is set.
 enum PathEvent : std::uint32_t {
     kEventReflect = 1U << 0U,

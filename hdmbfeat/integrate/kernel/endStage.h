@@ -1,0 +1,112 @@
+// The stages of paths that end: at lights, and in the environment.
+#pragma once
+
+#include "integrate/kernel/kernelState.h"
+
+namespace mbfeat {
+
+/// Writes the first-non-delta features of a path that has none yet.
+template <class T>
+void recordFirstNonDelta(KernelState<T>& s, int slot, const Rgb& albedo, const Float3& normal) {
+    std::int32_t& flags = s.paths.ints(kFlags)[slot];
+    if ((flags & kFlagNonDelta) != 0) {
+        return;
+    }
+    flags |= kFlagNonDelta;
+    PathRecord& record = s.records[static_cast<std::size_t>(slot)];
+    record.nonDeltaAlbedo = albedo;
+    record.nonDeltaNormal = normal;
+    record.nonDeltaDepth = s.paths.plane(kPathLength)[slot] + s.paths.plane(kDistance)[slot];
+    record.nonDeltaTint = s.paths.get3(kTint, slot);
+}
+
+template <class T>
+class EndStage {
+public:
+    explicit EndStage(KernelState<T>& state) : s_(state), lights_(state.context->lights) {}
+
+    /// Ends the paths that met a light shape.
+    template <bool Record>
+    void lights(int vertex) {
+        for (const std::int32_t slot : s_.lights) {
+            const auto light = static_cast<std::uint32_t>(s_.paths.ints(kHitTriangle)[slot]);
+            const Float3 direction = s_.paths.get3(kDirection, slot);
+            const LightHit seen = lights_.evaluateHit(light, s_.receiver(slot), direction,
+                                                      s_.paths.plane(kDistance)[slot]);
+            const float weight = mis(vertex, slot, seen.pdf);
+            s_.addEmitted(vertex, slot,
+                          throughput(slot) * multiplier(vertex, slot, light) * seen.radiance *
+                              weight);
+            if (Record) {
+                recordLight(vertex, slot, seen, direction);
+            }
+        }
+    }
+
+    /// Ends the paths that left the scene.
+    void misses(int vertex) {
+        const std::uint32_t count = lights_.environmentCount();
+        if (count == 0) {
+            return;
+        }
+        for (const std::int32_t slot : s_.misses) {
+            const Float3 direction = s_.paths.get3(kDirection, slot);
+            if (vertex == 0) {
+                s_.addEmitted(0, slot, lights_.environmentRadiance(direction, true));
+                continue;
+            }
+            for (std::uint32_t e = 0; e < count; ++e) {
+                const Rgb radiance = lights_.environmentRadiance(e, direction);
+                if (isBlack(radiance)) {
+                    continue;
+                }
+                const bool delta = isDelta(slot);
+                const float pdf =
+                    delta ? 0.0F : lights_.environmentPdf(e, s_.receiver(slot), direction);
+                s_.addEmitted(vertex, slot,
+                              throughput(slot) *
+                                  multiplier(vertex, slot, lights_.lightOfEnvironment(e)) *
+                                  radiance * mis(vertex, slot, pdf));
+            }
+        }
+    }
+
+private:
+    Rgb throughput(int slot) const { return s_.paths.get3(kThroughput, slot); }
+    bool isDelta(int slot) const { return (s_.paths.ints(kFlags)[slot] & kFlagDelta) != 0; }
+    float mis(int vertex, int slot, float lightPdf) const {
+        const bool sampledByBsdfOnly = vertex == 0 || isDelta(slot);
+        return sampledByBsdfOnly ? 1.0F : misWeight(s_.paths.plane(kBsdfPdf)[slot], lightPdf);
+    }
+    /// A light's own multipliers, for what the segment's scattering makes of it.
+    Rgb multiplier(int vertex, int slot, std::uint32_t light) const {
+        const float d = lights_.diffuseMultiplier(light);
+        const float s = lights_.specularMultiplier(light);
+        if (vertex == 0 || (d == 1.0F && s == 1.0F)) {
+            return Rgb(1.0F);
+        }
+        const Rgb share = s_.paths.get3(kDiffuseShare, slot);
+        return share * d + (Rgb(1.0F) - share) * s;
+    }
+
+    void recordLight(int vertex, int slot, const LightHit& seen, const Float3& direction) {
+        if (vertex >= kFeatureVertices) {
+            return;
+        }
+        const float largest = maxComponent(seen.radiance);
+        const Rgb base = largest > 0.0F ? seen.radiance / largest : Rgb(0.0F);
+        const Float3 normal = dot(seen.normal, direction) > 0.0F ? -seen.normal : seen.normal;
+        PathRecord& record = s_.records[static_cast<std::size_t>(slot)];
+        record.vertexCount = vertex + 1;
+        record.features[vertex] = {base, normal, Rgb(0.0F)};
+        record.extended[vertex].distance = s_.paths.plane(kDistance)[slot];
+        record.extended[vertex].throughput = throughput(slot);
+        record.extended[vertex].event = kEventEmission;
+        recordFirstNonDelta(s_, slot, base, normal);
+    }
+
+    KernelState<T>& s_;
+    const LightSampler& lights_;
+};
+
+} // namespace mbfeat

@@ -1,0 +1,197 @@
+// What the stages of a kernel share: the paths of the batch, their records, and who is where.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+#include "core/sampler.h"
+#include "integrate/dimensions.h"
+#include "integrate/kernel/pathStream.h"
+#include "integrate/kernel/raySort.h"
+#include "integrate/pathWorker.h"
+
+namespace mbfeat {
+
+/// Start of rays that leave a surface. Where a surface is exactly axis-aligned its error bound, and
+/// so the offset, can be zero: a hit at distance zero is the surface itself.
+inline constexpr float kSurfaceNear = std::numeric_limits<float>::min();
+inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// Power heuristic with exponent 2 (Veach and Guibas 1995); robust for large and zero densities.
+template <class T>
+T misWeight(const T& pdf, const T& otherPdf) {
+    const Mask<T> sampled = pdf > T(0);
+    const T ratio = otherPdf / select(sampled, pdf, T(1));
+    return select(sampled, T(1) / (T(1) + ratio * ratio), T(0));
+}
+
+/// Scaled down to the limit where a component is above it; a limit of 0 is none.
+template <class T>
+Vec3<T> clampTo(const Vec3<T>& value, float limit) {
+    if (!(limit > 0.0F)) {
+        return value;
+    }
+    const T largest = maxComponent(value);
+    const Mask<T> above = largest > T(limit);
+    return select<T>(above, value * (T(limit) / select(above, largest, T(1))), value);
+}
+
+template <class T>
+Mask<T> isLit(const Vec3<T>& c) {
+    return c.x != T(0) || c.y != T(0) || c.z != T(0);
+}
+
+/// Offset of a field of PathRecord in floats.
+#define MBFEAT_RECORD_FIELD(field) static_cast<int>(offsetof(PathRecord, field) / sizeof(float))
+inline constexpr int kRecordStride = sizeof(PathRecord) / sizeof(float);
+inline constexpr int kVertexStride = sizeof(VertexFeatures) / sizeof(float);
+inline constexpr int kExtendedStride = sizeof(VertexExtended) / sizeof(float);
+
+template <class T>
+struct KernelState {
+    static constexpr int kWidth = LaneTraits<T>::kWidth;
+
+    KernelState(int capacity, bool allPlanes)
+        : paths(capacity, kWidth, allPlanes),
+          shadows(capacity + kWidth),
+          records(static_cast<std::size_t>(capacity + kWidth)) {
+        for (std::vector<std::int32_t>* list : {&active, &survivors, &surfaces, &lights, &misses}) {
+            list->reserve(static_cast<std::size_t>(capacity));
+        }
+    }
+
+    const PathContext* context = nullptr;
+    PathStream paths;
+    ShadowQueue shadows;
+    std::vector<PathRecord> records;
+
+    // Slots of paths, by what is to be done with them.
+    std::vector<std::int32_t> active;    ///< have a ray to be traced
+    std::vector<std::int32_t> survivors; ///< will have, at the next vertex
+    std::vector<std::int32_t> surfaces, lights, misses;
+    std::vector<std::int32_t> shadowOrder; ///< entries of the shadow queue, as they are traced
+    RaySorter sorter;
+
+    PathCounts counts;
+
+    /// A batch of slots from a list: to read from, and to write to. Past the end of the list the
+    /// first slot is read again and scratch slots are written.
+    struct Group {
+        std::int32_t read[kWidth];
+        IntLane<T> from, to;
+        std::uint32_t bits; ///< lanes that hold a path
+        int count;
+    };
+    Group group(const std::int32_t* list, std::size_t left) const {
+        Group g;
+        alignas(64) std::int32_t write[kWidth];
+        g.count = static_cast<int>(std::min<std::size_t>(left, kWidth));
+        for (int i = 0; i < kWidth; ++i) {
+            g.read[i] = list[i < g.count ? i : 0];
+            write[i] = i < g.count ? list[i] : paths.capacity() + i;
+        }
+        g.from = loadIntLanes<T>(g.read);
+        g.to = loadIntLanes<T>(write);
+        g.bits = static_cast<std::uint32_t>((std::uint64_t{1} << g.count) - 1U);
+        return g;
+    }
+    /// Where lanes without m write to.
+    IntLane<T> writeIf(const Mask<T>& m, const IntLane<T>& slot) const {
+        alignas(64) std::int32_t scratch[kWidth];
+        for (int i = 0; i < kWidth; ++i) {
+            scratch[i] = paths.capacity() + i;
+        }
+        return selectInt(m, slot, loadIntLanes<T>(scratch));
+    }
+
+    LaneSampler<T> sampler(const IntLane<T>& slot) const {
+        return {word(kKeyLow, slot), word(kKeyHigh, slot), word(kKeyIndex, slot)};
+    }
+    Sampler samplerOf(int slot) const {
+        return Sampler(SamplerKey{static_cast<std::uint32_t>(paths.ints(kKeyLow)[slot]),
+                                  static_cast<std::uint32_t>(paths.ints(kKeyHigh)[slot]),
+                                  static_cast<std::uint32_t>(paths.ints(kKeyIndex)[slot])});
+    }
+
+    RayHit hit(int slot) const {
+        RayHit h;
+        h.kind = RayHit::Kind::kSurface;
+        h.geometry = static_cast<std::uint32_t>(paths.ints(kHitGeometry)[slot]);
+        h.instance = static_cast<std::uint32_t>(paths.ints(kHitInstance)[slot]);
+        h.triangle = static_cast<std::uint32_t>(paths.ints(kHitTriangle)[slot]);
+        h.b1 = paths.plane(kHitB1)[slot];
+        h.b2 = paths.plane(kHitB2)[slot];
+        return h;
+    }
+    LightReceiver receiver(int slot) const {
+        return {paths.get3(kReceiverP, slot), paths.get3(kReceiverN, slot),
+                (paths.ints(kFlags)[slot] & kFlagTwoSided) != 0};
+    }
+
+    // Records as floats, for lanes.
+    float* recordFloats() { return reinterpret_cast<float*>(records.data()); }
+    void setRecord(int field, const IntLane<T>& slot, const T& value) {
+        scatterLanes<T>(recordFloats() + field, slot * IntLane<T>(kRecordStride), value);
+    }
+    void setRecord3(int field, const IntLane<T>& slot, const Vec3<T>& v) {
+        const IntLane<T> index = slot * IntLane<T>(kRecordStride);
+        scatterLanes<T>(recordFloats() + field, index, v.x);
+        scatterLanes<T>(recordFloats() + field + 1, index, v.y);
+        scatterLanes<T>(recordFloats() + field + 2, index, v.z);
+    }
+    void setRecordInt(int field, const IntLane<T>& slot, const IntLane<T>& value) {
+        scatterIntLanes<T>(reinterpret_cast<std::int32_t*>(records.data()) + field,
+                           slot * IntLane<T>(kRecordStride), value);
+    }
+
+    /// Adds to the radiance, and to the part of it that `vertex` makes: -1 is seen by the camera
+    /// itself, those beyond the features are the tail.
+    void addContribution(int vertex, const IntLane<T>& slot, const Vec3<T>& value) {
+        const IntLane<T> index = slot * IntLane<T>(kRecordStride);
+        add3(MBFEAT_RECORD_FIELD(radiance), index, value);
+        if ((context->recordFlags & kRecordContributions) != 0) {
+            const int part = vertex < 0 ? MBFEAT_RECORD_FIELD(emission)
+                             : vertex < kFeatureVertices
+                                 ? MBFEAT_RECORD_FIELD(contributions) + 3 * vertex
+                                 : MBFEAT_RECORD_FIELD(tail);
+            add3(part, index, value);
+        }
+    }
+    void addContributionOf(int slot, int vertex, const Rgb& value) {
+        PathRecord& record = records[static_cast<std::size_t>(slot)];
+        record.radiance += value;
+        if (vertex < 0) {
+            record.emission += value;
+        } else if (vertex < kFeatureVertices) {
+            record.contributions[vertex] += value;
+        } else {
+            record.tail += value;
+        }
+    }
+    /// Emission that the ray towards `vertex` reached: it counts as the vertex before's.
+    void addEmitted(int vertex, int slot, const Rgb& value) {
+        const RenderOptions& options = context->options;
+        const int source = vertex - 1;
+        const float limit = source <= 0 ? options.clampDirect : options.clampIndirect;
+        addContributionOf(slot, source, source < 0 ? value : clampTo(value, limit));
+    }
+
+private:
+    UintLane<T> word(int plane, const IntLane<T>& slot) const {
+        const IntLane<T> value = gatherIntLanes<T>(paths.ints(plane), slot);
+        if constexpr (kIsBatch<T>) {
+            return xsimd::bitwise_cast<UintLane<T>>(value);
+        } else {
+            return static_cast<std::uint32_t>(value);
+        }
+    }
+    void add3(int field, const IntLane<T>& index, const Vec3<T>& v) {
+        float* const base = recordFloats() + field;
+        scatterLanes<T>(base, index, gatherLanes<T>(base, index) + v.x);
+        scatterLanes<T>(base + 1, index, gatherLanes<T>(base + 1, index) + v.y);
+        scatterLanes<T>(base + 2, index, gatherLanes<T>(base + 2, index) + v.z);
+    }
+};
+
+} // namespace mbfeat

@@ -1,0 +1,7 @@
+// The kernel on single numbers: the reference, which can be stepped through.
+#include "integrate/kernel/pathKernel.h"
+#include "integrate/kernels.h"
+
+mbfeat::PathWorker* mbfeat::makeScalarWorker(int capacity, bool allPlanes) {
+    return new PathKernel<float>(capacity, allPlanes);
+}

@@ -1,0 +1,370 @@
+// The stage of surfaces: for every path that met one, its closure, the light that is sampled there
+// and where the path goes on. Paths are shaded as many at a time as there are lanes.
+#pragma once
+
+#include "integrate/kernel/endStage.h"
+#include "integrate/kernel/kernelState.h"
+#include "integrate/kernel/surfaceLanes.h"
+#include "integrate/kernel/traceStage.h"
+#include "shading/previewSurface.h"
+#include "shading/shadingNormal.h"
+
+namespace mbfeat {
+
+/// A vertex on a surface, ready for scattering.
+template <class T>
+struct VertexLanes {
+    SurfacePointLanes<T> point;
+    Mask<T> outside; ///< the path arrives on the outside
+    Vec3<T> ng;      ///< geometric normal, facing the ray
+    Frame<T> frame;
+    Bsdf<T> bsdf;
+    typename Bsdf<T>::Outgoing out; ///< towards where the path came from, in the shading frame
+    Mask<T> twoSided;               ///< light may arrive from below
+};
+
+/// Record: the features of the path are recorded.
+template <class T, bool Record>
+class ShadeStage {
+public:
+    explicit ShadeStage(KernelState<T>& state) : s_(state), context_(*state.context) {}
+
+    /// Shades s_.surfaces; fills s_.shadows and s_.survivors.
+    void run(int vertex) {
+        s_.shadows.clear();
+        s_.survivors.clear();
+        for (std::size_t i = 0; i < s_.surfaces.size(); i += kWidth) {
+            shade(s_.group(s_.surfaces.data() + i, s_.surfaces.size() - i), vertex);
+        }
+    }
+
+private:
+    static constexpr int kWidth = LaneTraits<T>::kWidth;
+    static constexpr bool kAllPlanes = Record; ///< planes of recorded values exist
+    using Group = typename KernelState<T>::Group;
+
+    void shade(const Group& g, int vertex) {
+        RayHit hits[kWidth];
+        const AccelGeometry* geometries[kWidth];
+        for (int i = 0; i < kWidth; ++i) {
+            hits[i] = s_.hit(g.read[i]);
+            geometries[i] = context_.accel.geometries()[hits[i].geometry].get();
+        }
+        const SurfaceParameters<T> parameters = materials(geometries, hits);
+        const VertexLanes<T> v = makeVertex(geometries, hits, parameters, g);
+        const Vec3<T> throughput = s_.paths.template get3<T>(kThroughput, g.from);
+
+        addEmission(g, vertex, geometries, hits, parameters, v, throughput);
+        const bool scatters = vertex < context_.options.maxBounces;
+        const Mask<T> lightable = v.bsdf.hasNonDelta();
+        if (vertex == 0) {
+            s_.setRecord3(MBFEAT_RECORD_FIELD(normal), g.to, v.frame.n);
+        }
+        if constexpr (Record) {
+            record(g, vertex, v, lightable, throughput);
+        }
+        if (scatters) {
+            const LaneSampler<T> sampler = s_.sampler(g.from);
+            if (!context_.lights.empty()) {
+                sampleLight(g, vertex, v, lightable, throughput, sampler);
+            }
+            scatter(g, vertex, parameters, v, throughput, sampler);
+        }
+    }
+
+    /// Material inputs at all hits. Where the whole group has one constant material nothing is
+    /// looked up.
+    SurfaceParameters<T> materials(const AccelGeometry* const* geometries, const RayHit* hits) {
+        const MaterialBinding* bindings[kWidth];
+        bool uniform = true;
+        for (int i = 0; i < kWidth; ++i) {
+            bindings[i] = &bindingAt(*geometries[i], hits[i].triangle);
+            uniform = uniform && bindings[i] == bindings[0];
+        }
+        if (uniform && bindings[0]->isConstant) {
+            return surfaceParameters<T>(bindings[0]->constants);
+        }
+        Transposer<T, MaterialValues> values;
+        for (int i = 0; i < kWidth; ++i) {
+            values.set(i, materialValues(evaluateMaterial(*bindings[i], hits[i].triangle,
+                                                          hits[i].b1, hits[i].b2)));
+        }
+        return surfaceParameters<T>(values.lanes());
+    }
+
+    VertexLanes<T> makeVertex(const AccelGeometry* const* geometries, const RayHit* hits,
+                              const SurfaceParameters<T>& parameters, const Group& g) {
+        Transposer<T, SurfaceInputs> inputs;
+        for (int i = 0; i < kWidth; ++i) {
+            inputs.set(i, fetchSurface(*geometries[i], hits[i]));
+        }
+        const SurfacePointLanes<T> point = surfacePoint(inputs.lanes());
+        const Vec3<T> wo = -s_.paths.template get3<T>(kDirection, g.from);
+        const Mask<T> outside = dot(wo, point.ng) >= T(0);
+        const Vec3<T> ng = select<T>(outside, point.ng, -point.ng);
+        const Vec3<T> mapped = mappedNormals(geometries, hits, point.ns, parameters.tangentNormal);
+        const Vec3<T> ns =
+            visibleShadingNormal(select<T>(outside, mapped, -mapped), ng, wo);
+        const Frame<T> frame = Frame<T>::fromNormal(ns);
+        const Bsdf<T> bsdf(parameters, outside);
+        return {point, outside, ng, frame, bsdf, bsdf.outgoing(frame.toLocal(wo)),
+                parameters.opacity < T(1)};
+    }
+
+    Vec3<T> mappedNormals(const AccelGeometry* const* geometries, const RayHit* hits,
+                          const Vec3<T>& ns, const Vec3<T>& tangentNormal) {
+        if (none(tangentNormal.x != T(0) || tangentNormal.y != T(0))) {
+            return ns;
+        }
+        const LaneBuffer3<T> from(ns);
+        const LaneBuffer3<T> map(tangentNormal);
+        LaneBuffer3<T> bent;
+        for (int i = 0; i < kWidth; ++i) {
+            bent.set(i, mappedNormal(*geometries[i], hits[i], from.get(i), map.get(i)));
+        }
+        return bent.lanes();
+    }
+
+    /// Emission of the surface, weighted against having sampled it as a light.
+    void addEmission(const Group& g, int vertex, const AccelGeometry* const* geometries,
+                     const RayHit* hits, const SurfaceParameters<T>& parameters,
+                     const VertexLanes<T>& v, const Vec3<T>& throughput) {
+        std::uint32_t bits = laneBits(isLit(parameters.emission)) & g.bits;
+        if (bits == 0) {
+            return;
+        }
+        const LaneBuffer3<T> emission(parameters.emission);
+        const LaneBuffer3<T> weight(throughput);
+        const LaneBuffer3<T> p(v.point.p);
+        for (int i = 0; i < g.count; ++i) {
+            if (((bits >> static_cast<unsigned>(i)) & 1U) == 0) {
+                continue;
+            }
+            const std::int32_t slot = g.read[i];
+            float mis = 1.0F;
+            const AccelGeometry& geometry = *geometries[i];
+            if (vertex > 0 && (s_.paths.ints(kFlags)[slot] & kFlagDelta) == 0 && geometry.emits) {
+                const std::int32_t entry = geometry.emissiveIndex[hits[i].triangle];
+                if (entry >= 0) {
+                    const auto id = static_cast<std::uint32_t>(
+                        geometry.emissiveBase +
+                        static_cast<std::int32_t>(hits[i].instance) * geometry.emissiveCount +
+                        entry);
+                    mis = misWeight(
+                        s_.paths.plane(kBsdfPdf)[slot],
+                        context_.lights.pdfTriangle(id, s_.receiver(slot), p.get(i)));
+                }
+            }
+            s_.addEmitted(vertex, slot, weight.get(i) * emission.get(i) * mis);
+        }
+    }
+
+    void record(const Group& g, int vertex, const VertexLanes<T>& v, const Mask<T>& nonDelta,
+                const Vec3<T>& throughput) {
+        const Vec3<T> albedo = v.bsdf.albedo();
+        const T distance = s_.paths.template get<T>(kDistance, g.from);
+        if (vertex < kFeatureVertices) {
+            const int features = kVertexStride * vertex;
+            const int extended = kExtendedStride * vertex;
+            s_.setRecord3(MBFEAT_RECORD_FIELD(features[0].albedo) + features, g.to, albedo);
+            s_.setRecord3(MBFEAT_RECORD_FIELD(features[0].normal) + features, g.to, v.frame.n);
+            s_.setRecordInt(MBFEAT_RECORD_FIELD(vertexCount), g.to, IntLane<T>(vertex + 1));
+            if ((context_.recordFlags & kRecordExtended) != 0) {
+                s_.setRecord(MBFEAT_RECORD_FIELD(extended[0].distance) + extended, g.to, distance);
+                s_.setRecord3(MBFEAT_RECORD_FIELD(extended[0].throughput) + extended, g.to,
+                              throughput);
+            }
+        }
+        if ((context_.recordFlags & kRecordFirstNonDelta) == 0) {
+            return;
+        }
+        const std::uint32_t bits = laneBits(nonDelta) & g.bits;
+        const LaneBuffer3<T> albedos(albedo);
+        const LaneBuffer3<T> normals(v.frame.n);
+        for (int i = 0; i < g.count; ++i) {
+            if (((bits >> static_cast<unsigned>(i)) & 1U) != 0) {
+                recordFirstNonDelta(s_, g.read[i], albedos.get(i), normals.get(i));
+            }
+        }
+    }
+
+    /// Next-event estimation: a shadow ray for every path that has light to gain.
+    void sampleLight(const Group& g, int vertex, const VertexLanes<T>& v, const Mask<T>& lightable,
+                     const Vec3<T>& throughput, const LaneSampler<T>& sampler) {
+        const std::uint32_t wanted = laneBits(lightable) & g.bits;
+        if (wanted == 0) {
+            return;
+        }
+        const LightValues<T> light = lightSamples(wanted, vertex, v, sampler);
+        const Vec3<T> wi = v.frame.toLocal(light.wi);
+        Mask<T> usable = light.pdf > T(0) && dot(light.wi, v.ng) * wi.z > T(0);
+        if (none(usable)) {
+            return;
+        }
+        const BsdfValue<T> value = v.bsdf.evaluate(v.out, wi);
+        const Vec3<T> scattered = value.diffuse * light.diffuse + value.specular * light.specular;
+        usable = usable && isLit(scattered);
+        if (none(usable)) {
+            return;
+        }
+        const T pdf = select(usable, light.pdf, T(1));
+        const T weight = select(light.delta > T(0), T(1), misWeight(pdf, value.pdf));
+        const Vec3<T> direct = scattered * light.radiance * (weight / pdf);
+
+        Vec3<T> origin = offsetRayOrigin(v.point.p, v.point.pError, v.ng, light.wi);
+        Vec3<T> direction = light.wi;
+        T tFar(kInfinity);
+        const Mask<T> near = light.distance < T(kInfinity);
+        if (any(near)) {
+            const RaySegment<T> segment = offsetSegment(v.point.p, v.point.pError, v.ng,
+                                                        light.point, light.pointError, light.normal);
+            origin = select<T>(near, segment.origin, origin);
+            direction = select<T>(near, segment.direction, direction);
+            tFar = select(near, segment.length, tFar);
+        }
+        s_.shadows.template push<T>(origin, direction, tFar, direct, throughput * direct,
+                                    selectInt(usable, g.to, IntLane<T>(-1)));
+    }
+
+    /// A light sample for each wanted lane; pdf 0 in the others.
+    LightValues<T> lightSamples(std::uint32_t wanted, int vertex, const VertexLanes<T>& v,
+                                const LaneSampler<T>& sampler) {
+        const std::uint32_t base = vertexDimension(vertex);
+        const LaneBuffer<T> choice(sampler.get1D(base + kDimLightChoice));
+        const Vec2<T> u = sampler.get2D(base + kDimLight);
+        const LaneBuffer<T> ux(u.x), uy(u.y);
+        const LaneBuffer3<T> p(v.point.p), n(v.frame.n);
+        const std::uint32_t twoSided = laneBits(v.twoSided);
+        Transposer<T, LightValues> values;
+        const LightSample nothing;
+        for (int i = 0; i < kWidth; ++i) {
+            const std::uint32_t bit = std::uint32_t{1} << i;
+            if ((wanted & bit) == 0) {
+                values.set(i, lightValues(nothing, Rgb(0.0F)));
+                continue;
+            }
+            const LightReceiver receiver{p.get(i), n.get(i), (twoSided & bit) != 0};
+            const LightSample sample =
+                context_.lights.sample(receiver, choice[i], {ux[i], uy[i]});
+            values.set(i, lightValues(sample, sampledRadiance(sample)));
+        }
+        return values.lanes();
+    }
+
+    /// Radiance of the sampled light; evaluated at the point where a mesh emits.
+    Rgb sampledRadiance(const LightSample& light) const {
+        if (light.triangle == kNoLight || !(light.pdf > 0.0F)) {
+            return light.radiance;
+        }
+        const EmissiveTriangleRef& ref = context_.accel.emissiveTriangles()[light.triangle];
+        const AccelGeometry& geometry = *context_.accel.geometries()[ref.geometry];
+        const MaterialBinding& binding = bindingAt(geometry, ref.triangle);
+        const Rgb emission = evaluateMaterial(binding, ref.triangle, light.b1, light.b2).emission;
+        // Where a cut-out is not there it does not shine either.
+        return geometry.mayCutOut
+                   ? emission * evaluateOpacity(binding, ref.triangle, light.b1, light.b2)
+                   : emission;
+    }
+
+    /// Chooses the next segment of each path, and whether it goes on.
+    void scatter(const Group& g, int vertex, const SurfaceParameters<T>& parameters,
+                 const VertexLanes<T>& v, const Vec3<T>& throughput,
+                 const LaneSampler<T>& sampler) {
+        const std::uint32_t base = vertexDimension(vertex);
+        const BsdfSample<T> sample = v.bsdf.sample(v.out, sampler.get1D(base + kDimBsdfLobe),
+                                                   sampler.get2D(base + kDimBsdf));
+        const Vec3<T> wi = v.frame.toWorld(sample.wi);
+        // Where the geometric and the shading side of wi differ, light would leak through.
+        Mask<T> on = maskOfBits<T>(g.bits) && sample.pdf > T(0) && isLit(sample.weight) &&
+                     dot(wi, v.ng) * sample.wi.z > T(0);
+        if constexpr (Record) {
+            recordEvent(g, vertex, sample, on);
+        }
+        Vec3<T> carried = throughput * sample.weight;
+        const T etaScale = s_.paths.template get<T>(kEtaScale, g.from) * sqr(sample.eta);
+        if (vertex >= context_.options.russianRouletteStart) {
+            roulette(etaScale, sampler.get1D(base + kDimRoulette), carried, on);
+        }
+        std::uint32_t left = laneBits(on) & g.bits;
+        if (left == 0) {
+            return;
+        }
+        PathStream& paths = s_.paths;
+        paths.template set3<T>(kThroughput, g.to, carried);
+        paths.template set<T>(kEtaScale, g.to, etaScale);
+        paths.template set<T>(kBsdfPdf, g.to, sample.pdf);
+        paths.template set3<T>(kReceiverP, g.to, v.point.p);
+        paths.template set3<T>(kReceiverN, g.to, v.frame.n);
+        paths.template set3<T>(kOrigin, g.to,
+                               offsetRayOrigin(v.point.p, v.point.pError, v.ng, wi));
+        paths.template set3<T>(kDirection, g.to, wi);
+        const IntLane<T> zero(0);
+        const IntLane<T> kept = gatherIntLanes<T>(paths.ints(kFlags), g.from) &
+                                IntLane<T>(kFlagNonDelta);
+        scatterIntLanes<T>(paths.ints(kFlags), g.to,
+                           kept | selectInt(sample.delta, IntLane<T>(kFlagDelta), zero) |
+                               selectInt(v.twoSided, IntLane<T>(kFlagTwoSided), zero));
+        if constexpr (Record) {
+            keepForRecord(g, sample);
+        }
+        if (context_.lightsHaveMultipliers) {
+            keepDiffuseShare(g, v, sample);
+        }
+        static_cast<void>(parameters);
+        for (int i = 0; i < g.count; ++i) {
+            if (((left >> static_cast<unsigned>(i)) & 1U) != 0) {
+                s_.survivors.push_back(g.read[i]);
+            }
+        }
+    }
+
+    /// Russian roulette on the expected contribution.
+    static void roulette(const T& etaScale, const T& u, Vec3<T>& carried, Mask<T>& on) {
+        constexpr float kMostLikely = 0.95F;
+        const T q = min(maxComponent(carried) * etaScale, T(kMostLikely));
+        on = on && u < q;
+        carried = carried * (T(1) / select(on, q, T(1)));
+    }
+
+    void recordEvent(const Group& g, int vertex, const BsdfSample<T>& sample, const Mask<T>& on) {
+        if (vertex >= kFeatureVertices || (context_.recordFlags & kRecordExtended) == 0) {
+            return;
+        }
+        const int extended = kExtendedStride * vertex;
+        const IntLane<T> slot = s_.writeIf(on, g.to);
+        s_.setRecord(MBFEAT_RECORD_FIELD(extended[0].roughness) + extended, slot,
+                     sample.roughness);
+        const IntLane<T> side =
+            selectInt(sample.transmitted, IntLane<T>(kEventTransmit), IntLane<T>(kEventReflect));
+        const IntLane<T> lobe = selectInt(
+            sample.delta, IntLane<T>(kEventSpecular),
+            selectInt(sample.diffuse, IntLane<T>(kEventDiffuse), IntLane<T>(kEventGlossy)));
+        s_.setRecordInt(MBFEAT_RECORD_FIELD(extended[0].event) + extended, slot, side | lobe);
+    }
+
+    void keepForRecord(const Group& g, const BsdfSample<T>& sample) {
+        PathStream& paths = s_.paths;
+        const Vec3<T> tint = paths.template get3<T>(kTint, g.from);
+        paths.template set3<T>(kTint, g.to, select<T>(sample.delta, tint * sample.tint, tint));
+        paths.template set<T>(kPathLength, g.to,
+                              paths.template get<T>(kPathLength, g.from) +
+                                  paths.template get<T>(kDistance, g.from));
+    }
+
+    /// Part of the scattered light that diffuse lobes made, for lights with multipliers.
+    void keepDiffuseShare(const Group& g, const VertexLanes<T>& v, const BsdfSample<T>& sample) {
+        const BsdfValue<T> value = v.bsdf.evaluate(v.out, sample.wi);
+        const Vec3<T> total = value.total();
+        Vec3<T> share;
+        for (int c = 0; c < 3; ++c) {
+            const Mask<T> scattered = total[c] > T(0) && !sample.delta;
+            share[c] = select(scattered, value.diffuse[c] / select(scattered, total[c], T(1)), T(0));
+        }
+        s_.paths.template set3<T>(kDiffuseShare, g.to, share);
+    }
+
+    KernelState<T>& s_;
+    const PathContext& context_;
+};
+
+} // namespace mbfeat

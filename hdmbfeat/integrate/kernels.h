@@ -1,0 +1,27 @@
+// The kernels that there are, and which one this machine runs.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "core/settings.h"
+#include "integrate/pathWorker.h"
+
+namespace mbfeat {
+
+/// A kernel by its setting. kAuto is the widest that the processor runs; one that it cannot run
+/// becomes the widest that it can.
+Kernel chooseKernel(Kernel wanted);
+/// "scalar", "avx2" or "avx512".
+const char* kernelName(Kernel kernel);
+
+/// A worker for batches of up to `capacity` paths. `allPlanes`: paths are recorded, or lights have
+/// multipliers. `kernel` is an answer of chooseKernel().
+std::unique_ptr<PathWorker> makePathWorker(Kernel kernel, int capacity, bool allPlanes);
+
+PathWorker* makeScalarWorker(int capacity, bool allPlanes);
+
+} // namespace mbfeat
+
+/// The SIMD kernel of the library's own instruction set; the caller owns the worker.
+extern "C" mbfeat::PathWorker* makeLanesWorker(int capacity, bool allPlanes);

@@ -1,0 +1,63 @@
+// Traces batches of paths: the integrator's inside face. A worker belongs to one thread and keeps
+// the memory of its batch; kernels for different instruction sets implement it.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "core/pixelFilter.h"
+#include "core/settings.h"
+#include "integrate/accel.h"
+#include "integrate/cameraRay.h"
+#include "integrate/pathRecord.h"
+#include "shading/lightSampler.h"
+
+namespace mbfeat {
+
+/// One sample of one display-window pixel.
+struct PixelSample {
+    std::int32_t x = 0, y = 0;
+    std::uint32_t index = 0;
+};
+
+/// Everything constant over a view's render, by reference; any thread.
+struct PathContext {
+    const Accel& accel;
+    const LightSampler& lights;
+    const CameraRays& camera;
+    const FilterSampler& filter;
+    const RenderOptions& options;
+    const std::vector<std::string>& primvars; ///< names behind primvars:*
+    std::uint32_t recordFlags = 0;
+    std::int64_t frame = 0;
+    bool lightsHaveMultipliers = false; ///< some light's diffuse or specular is not 1
+};
+
+/// Rays spent on paths.
+struct PathCounts {
+    std::uint64_t rays = 0, shadowRays = 0;
+};
+
+class PathWorker {
+public:
+    PathWorker() = default;
+    PathWorker(const PathWorker&) = delete;
+    PathWorker& operator=(const PathWorker&) = delete;
+    virtual ~PathWorker() = default;
+
+    /// Follows one path for each of `count` <= capacity() samples. record(i) then holds what path i
+    /// met: radiance, alpha, decomposition and what recordFlags ask for, not scaled by exposure.
+    /// A path's record depends on its sample alone, not on what else is in the batch. `stop` (may
+    /// be empty) is polled; true ends the batch early, and false is returned.
+    virtual bool trace(const PathContext& context, const PixelSample* samples, int count,
+                       const StopCheck& stop) = 0;
+
+    virtual int capacity() const = 0;
+    virtual PathRecord& record(int i) = 0;
+    /// Since the worker was made.
+    virtual const PathCounts& counts() const = 0;
+};
+
+} // namespace mbfeat
