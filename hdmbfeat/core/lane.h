@@ -79,6 +79,16 @@ inline double select(bool m, double a, double b) {
     return m ? a : b;
 }
 
+/// -x with the sign of zero turned too, which xsimd's 0 - x is not.
+template <class T>
+T negate(const T& x) {
+    if constexpr (std::is_floating_point_v<T>) {
+        return -x;
+    } else {
+        return x ^ T(-0.0F);
+    }
+}
+
 inline bool any(bool m) {
     return m;
 }
@@ -137,8 +147,8 @@ void sinCosTurns(T u, T& sine, T& cosine) {
         const Mask<T> odd = quadrant == T(1) || quadrant == T(3);
         const T a = select(odd, c, s);
         const T b = select(odd, s, c);
-        sine = select(quadrant >= T(2), -a, a);
-        cosine = select(quadrant == T(1) || quadrant == T(2), -b, b);
+        sine = select(quadrant >= T(2), negate(a), a);
+        cosine = select(quadrant == T(1) || quadrant == T(2), negate(b), b);
     }
 }
 

@@ -59,8 +59,8 @@ constexpr Vec3<T> operator-(const Vec3<T>& a, const Vec3<T>& b) {
     return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
 template <class T>
-constexpr Vec3<T> operator-(const Vec3<T>& a) {
-    return {-a.x, -a.y, -a.z};
+Vec3<T> operator-(const Vec3<T>& a) {
+    return {negate(a.x), negate(a.y), negate(a.z)};
 }
 template <class T>
 constexpr Vec3<T> operator*(const Vec3<T>& a, const Vec3<T>& b) {

@@ -68,6 +68,17 @@ def test_bits_are_the_same_for_any_threads_and_tiles(scene: str, tmp_path: Path)
         assert different(images[0], image) == [], f"{setup[0]} threads, tiles of {setup[1]}"
 
 
+@pytest.mark.parametrize("scene", committed_stages())
+def test_bits_are_the_same_for_every_kernel(scene: str, tmp_path: Path) -> None:
+    """Scalar code and SIMD lanes of every width; the last is what this processor has widest."""
+    images = [
+        rendered(scene, tmp_path / kernel, kernel=kernel)
+        for kernel in ("scalar", "avx2", "avx512")
+    ]
+    assert different(images[0], images[1]) == []
+    assert different(images[0], images[2]) == []
+
+
 def test_another_seed_is_another_image_and_the_same_one_the_same(tmp_path: Path) -> None:
     first, again, other = (
         rendered("interior", tmp_path / name, seed=seed)

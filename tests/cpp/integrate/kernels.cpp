@@ -1,0 +1,179 @@
+// Kernels and batches: a path's record depends on its sample alone.
+#include "integrate/kernels.h"
+
+#include <cstring>
+
+#include <doctest/doctest.h>
+
+#include "integrate/kernel/raySort.h"
+#include "support/chiSquared.h"
+#include "testScenes.h"
+
+using namespace mbfeat;
+using namespace mbfeat::test;
+
+namespace {
+
+constexpr Kernel kKernels[] = {Kernel::kScalar, Kernel::kAvx2, Kernel::kAvx512};
+
+/// Diffuse, metal, instanced rough glass, a cut-out, emission and two kinds of light.
+void fillScene(TestScene& test) {
+    test.add("/Floor", quadMesh({-9, -1, 4}, {18, 0, 0}, {0, 0, -18}),
+             constantMaterial("/M/Floor", {0.6F, 0.5F, 0.4F}));
+    Material metal = constantMaterial("/M/Metal", {0.9F, 0.7F, 0.3F});
+    metal.metallic = MaterialInput(1.0F);
+    metal.roughness = MaterialInput(0.0F);
+    test.add("/Metal", sphereMesh(0.7F, 24, false), metal, translation(-1.2, -0.3, -3));
+    Material glass = constantMaterial("/M/Glass", {0.9F, 0.95F, 1.0F});
+    glass.opacity = MaterialInput(0.0F);
+    glass.roughness = MaterialInput(0.2F);
+    glass.clearcoat = MaterialInput(0.5F);
+    test.addInstances("/Glass", sphereMesh(0.7F, 24, false), glass,
+                      {translation(1.2, -0.3, -3), translation(0.2, 0.6, -4)});
+    Material veil = constantMaterial("/M/Veil", {0.3F, 0.3F, 0.8F});
+    veil.opacity = MaterialInput(0.4F);
+    veil.opacityMode = OpacityMode::kPresence;
+    test.add("/Veil", quadMesh({-2, -1, -2}, {1.5, 0, 0}, {0, 2, 0}), veil);
+    Material glow = constantMaterial("/M/Glow", {0.2F, 0.2F, 0.2F});
+    glow.emissiveColor = MaterialInput(Rgb(3.0F, 2.0F, 1.0F));
+    test.add("/Glow", quadMesh({0, -0.9F, -2.5F}, {0.4F, 0, 0}, {0, 0, 0.4F}), glow);
+    Light lamp;
+    lamp.path = "/Lamp";
+    lamp.type = LightType::kSphere;
+    lamp.radiance = Rgb(6.0F);
+    lamp.diffuse = 0.7F;
+    lamp.toWorld.t = {0.5, 2, -2};
+    test.scene.setLight(lamp);
+    test.add("/Wall", quadMesh({-9, -1, -6}, {18, 0, 0}, {0, 9, 0}),
+             constantMaterial("/M/Wall", {0.7F, 0.7F, 0.7F}));
+    test.add("/Ceiling", quadMesh({-9, 4, -6}, {18, 0, 0}, {0, 0, 12}),
+             constantMaterial("/M/Wall", {0.7F, 0.7F, 0.7F}));
+    test.addSky(Rgb(0.2F, 0.3F, 0.5F));
+}
+
+/// The records of 23 x 17 pixels, four samples each, traced in batches of at most `batch`.
+std::vector<PathRecord> records(Kernel kernel, std::size_t batch) {
+    TestScene test;
+    fillScene(test);
+    Integrator integrator(test.scene);
+    IntegratorRequest request;
+    request.options = exactOptions(4);
+    request.options.kernel = kernel;
+    request.options.pixelFilter = PixelFilter::kMitchell;
+    request.options.pixelFilterWidth = 4.0F;
+    request.recordFlags = kRecordFeatures | kRecordContributions | kRecordExtended |
+                          kRecordFirstNonDelta | kRecordFirstHit;
+    REQUIRE(integrator.commit(request.options, {}));
+    ImageWindow window;
+    window.width = 23;
+    window.height = 17;
+    window.data = {0, 0, 23, 17};
+    REQUIRE_FALSE(integrator.setView(testCamera({0, 0.5, 2}, 0.7F), window, request));
+    const std::unique_ptr<PathWorker> worker = integrator.makeWorker();
+    REQUIRE(batch <= static_cast<std::size_t>(worker->capacity()));
+
+    std::vector<PixelSample> samples;
+    for (int y = 0; y < window.height; ++y) {
+        for (int x = 0; x < window.width; ++x) {
+            for (std::uint32_t s = 0; s < 4; ++s) {
+                samples.push_back({x, y, s});
+            }
+        }
+    }
+    std::vector<PathRecord> result;
+    for (std::size_t i = 0; i < samples.size(); i += batch) {
+        const auto count = static_cast<int>(std::min(batch, samples.size() - i));
+        REQUIRE(integrator.trace(*worker, samples.data() + i, count, {}));
+        for (int k = 0; k < count; ++k) {
+            result.push_back(worker->record(k));
+        }
+    }
+    return result;
+}
+
+/// Number of records that differ in any bit of their values.
+int different(const std::vector<PathRecord>& a, const std::vector<PathRecord>& b) {
+    REQUIRE(a.size() == b.size());
+    int count = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        // Up to the last float; what follows is a flag and padding.
+        count += std::memcmp(&a[i], &b[i], offsetof(PathRecord, nonFinite)) != 0 ? 1 : 0;
+    }
+    return count;
+}
+
+} // namespace
+
+TEST_CASE("every kernel gives every path the same bits") {
+    const std::vector<PathRecord> reference = records(Kernel::kScalar, 1564);
+    int reached = 0;
+    for (const PathRecord& record : reference) {
+        reached += record.vertexCount > 3 ? 1 : 0;
+    }
+    CHECK(reached > 200); // else the scene proves little
+    for (const Kernel kernel : kKernels) {
+        CAPTURE(kernelName(chooseKernel(kernel)));
+        CHECK(different(records(kernel, 1564), reference) == 0);
+    }
+}
+
+TEST_CASE("a path's record does not depend on what else is in its batch") {
+    for (const Kernel kernel : kKernels) {
+        CAPTURE(kernelName(chooseKernel(kernel)));
+        const std::vector<PathRecord> reference = records(kernel, 1564);
+        for (const std::size_t batch : {std::size_t{1}, std::size_t{7}, std::size_t{100}}) {
+            CAPTURE(batch);
+            CHECK(different(records(kernel, batch), reference) == 0);
+        }
+    }
+}
+
+TEST_CASE("a batch that is told to stop says so") {
+    TestScene test;
+    fillScene(test);
+    Integrator integrator(test.scene);
+    IntegratorRequest request;
+    request.options = exactOptions(1);
+    REQUIRE(integrator.commit(request.options, {}));
+    ImageWindow window;
+    window.width = window.height = 4;
+    window.data = {0, 0, 4, 4};
+    REQUIRE_FALSE(integrator.setView(testCamera({0, 0.5, 2}, 0.7F), window, request));
+    const std::unique_ptr<PathWorker> worker = integrator.makeWorker();
+    const PixelSample sample{1, 1, 0};
+    CHECK_FALSE(integrator.trace(*worker, &sample, 1, [] { return true; }));
+    CHECK(integrator.statistics().paths == 0);
+    CHECK(integrator.trace(*worker, &sample, 1, [] { return false; }));
+    CHECK(integrator.statistics().paths == 1);
+}
+
+TEST_CASE("sorting rays loses none and brings those of one octant together") {
+    TestRandom random(5);
+    std::vector<RayPlace> rays;
+    std::vector<std::int32_t> list;
+    for (std::int32_t i = 0; i < 5000; ++i) {
+        const auto number = [&] { return static_cast<float>(4.0 * random.nextDouble() - 2.0); };
+        rays.push_back({{number(), number(), number()}, {number(), number(), number()}});
+        list.push_back(i);
+    }
+    Bounds bounds;
+    bounds.add(Float3(-1.0F)); // rays may start outside
+    bounds.add(Float3(1.0F));
+    RaySorter sorter;
+    sorter.sort(list, bounds,
+                [&](std::int32_t i) { return rays[static_cast<std::size_t>(i)]; });
+    std::vector<bool> seen(rays.size(), false);
+    int changes = 0;
+    int before = -1;
+    for (const std::int32_t i : list) {
+        const auto index = static_cast<std::size_t>(i);
+        CHECK_FALSE(seen[index]);
+        seen[index] = true;
+        const Float3& d = rays[index].direction;
+        const int octant =
+            (d.x < 0.0F ? 1 : 0) + (d.y < 0.0F ? 2 : 0) + (d.z < 0.0F ? 4 : 0);
+        changes += octant != before ? 1 : 0;
+        before = octant;
+    }
+    CHECK(changes == 8);
+}
