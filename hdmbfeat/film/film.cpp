@@ -66,6 +66,8 @@ struct Film::Impl {
         return static_cast<std::size_t>(y - window.data.y) * window.data.width +
                static_cast<std::size_t>(x - window.data.x);
     }
+    /// The pixel is held and has `count` samples.
+    void add(std::size_t pixel, std::uint32_t count, const PathRecord& record);
     void keep(std::size_t pixel, std::uint32_t index, const PathRecord& record);
     void addNearest(std::uint32_t* pixelWords, bool first, const PathRecord& record) const;
 
@@ -224,44 +226,49 @@ void Film::Impl::keep(std::size_t pixel, std::uint32_t index, const PathRecord& 
     }
 }
 
-void Film::add(int x, int y, const PathRecord& record) {
+void Film::add(int x, int y, const PathRecord* records, int recordCount) {
     Impl& impl = *impl_;
     const std::size_t pixel = impl.pixelIndex(x, y);
     HeldPixel held(impl.counts->data()[pixel]);
-    const std::uint32_t count = held.count();
-    double* const sums = impl.sums->data() + pixel * static_cast<std::size_t>(impl.sumStride);
-    std::uint32_t* const words =
-        impl.words->data() + pixel * static_cast<std::size_t>(impl.wordStride);
+    for (int i = 0; i < recordCount; ++i) {
+        impl.add(pixel, held.count(), records[i]);
+        held.setCount(held.count() + 1);
+    }
+}
+
+void Film::Impl::add(std::size_t pixel, std::uint32_t count, const PathRecord& record) {
+    double* const pixelSums = sums->data() + pixel * static_cast<std::size_t>(sumStride);
+    std::uint32_t* const pixelWords =
+        words->data() + pixel * static_cast<std::size_t>(wordStride);
     if (count == 0) {
         // clear() only resets the counts, so that a restart does not touch the whole film.
-        std::memset(sums, 0, static_cast<std::size_t>(impl.sumStride) * sizeof(double));
-        std::memset(words, 0, static_cast<std::size_t>(impl.wordStride) * sizeof(std::uint32_t));
+        std::memset(pixelSums, 0, static_cast<std::size_t>(sumStride) * sizeof(double));
+        std::memset(pixelWords, 0, static_cast<std::size_t>(wordStride) * sizeof(std::uint32_t));
     }
 
     const double weight = record.filterWeight;
     const auto* const values = reinterpret_cast<const float*>(&record);
-    sums[0] += weight;
-    double* __restrict out = sums + 1;
-    for (const Run& run : impl.means.runs()) {
+    pixelSums[0] += weight;
+    double* __restrict out = pixelSums + 1;
+    for (const Run& run : means.runs()) {
         const float* __restrict in = values + run.word;
         for (int i = 0; i < run.count; ++i) {
             out[i] += weight * static_cast<double>(in[i]);
         }
         out += run.count;
     }
-    if (impl.hasVariance) {
-        addToSpread(sums + impl.spreadSlot, record.radiance, weight);
+    if (hasVariance) {
+        addToSpread(pixelSums + spreadSlot, record.radiance, weight);
     }
-    if (impl.hasNearest) {
-        impl.addNearest(words, count == 0, record);
+    if (hasNearest) {
+        addNearest(pixelWords, count == 0, record);
     }
-    if (impl.hasNonFinite) {
-        words[impl.nonFiniteSlot] += record.nonFinite ? 1U : 0U;
+    if (hasNonFinite) {
+        pixelWords[nonFiniteSlot] += record.nonFinite ? 1U : 0U;
     }
-    if (count < impl.capacity) {
-        impl.keep(pixel, count, record);
+    if (count < capacity) {
+        keep(pixel, count, record);
     }
-    held.setCount(count + 1);
 }
 
 void Film::clear() {

@@ -58,9 +58,10 @@ public:
     const std::vector<std::string>& primvars() const;
     const std::vector<AovDescriptor>& aovs() const; ///< bound ones; index 0 is `color`
 
-    /// Adds a sample of pixel (x, y), display-window coordinates inside the data window. Samples of
+    /// Adds samples of pixel (x, y), display-window coordinates inside the data window. Samples of
     /// a pixel are added in sample order, by one thread at a time.
-    void add(int x, int y, const PathRecord& record);
+    void add(int x, int y, const PathRecord* records, int count);
+    void add(int x, int y, const PathRecord& record) { add(x, y, &record, 1); }
     /// Forgets all samples.
     void clear();
     /// Samples added to that pixel.

@@ -273,9 +273,13 @@ struct Renderer::Impl {
                               [this] { return shouldStop(); })) {
             return false;
         }
-        for (int i = 0; i < count; ++i) {
-            const PixelSample& at = worker.batch[static_cast<std::size_t>(i)];
-            view.film->add(at.x, at.y, worker.tracer->record(i));
+        // Samples of one pixel lie side by side.
+        const PixelSample* const batch = worker.batch.data();
+        for (int i = 0, end = 0; i < count; i = end) {
+            while (end < count && batch[end].x == batch[i].x && batch[end].y == batch[i].y) {
+                ++end;
+            }
+            view.film->add(batch[i].x, batch[i].y, worker.tracer->records() + i, end - i);
         }
         samplesDone.fetch_add(static_cast<std::uint64_t>(count), std::memory_order_relaxed);
         worker.batch.clear();

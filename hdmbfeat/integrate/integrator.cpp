@@ -51,11 +51,14 @@ bool finiteRecord(const PathRecord& record, std::uint32_t recordFlags) {
     return finite;
 }
 
-void scaleExposure(PathRecord& record, float scale) {
+void scaleExposure(PathRecord& record, float scale, std::uint32_t recordFlags) {
     if (scale == 1.0F) {
         return;
     }
     record.radiance *= scale;
+    if (recordFlags == kRecordColor) {
+        return;
+    }
     record.emission *= scale;
     record.tail *= scale;
     for (Rgb& contribution : record.contributions) {
@@ -194,8 +197,8 @@ bool Integrator::trace(PathWorker& worker, const PixelSample* samples, int count
     }
     counters.paths.fetch_add(static_cast<std::uint64_t>(count), std::memory_order_relaxed);
     for (int i = 0; i < count; ++i) {
-        PathRecord& record = worker.record(i);
-        scaleExposure(record, m.camera.exposureScale());
+        PathRecord& record = worker.records()[i];
+        scaleExposure(record, m.camera.exposureScale(), flags);
         if (!finiteRecord(record, flags)) {
             m.rejectNonFinite(samples[i].x, samples[i].y, samples[i].index, record);
         }

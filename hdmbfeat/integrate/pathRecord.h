@@ -52,11 +52,13 @@ struct VertexExtended {
     std::int32_t event = 0;  ///< PathEvent bits of the scattering that left this vertex
 };
 
-struct PathRecord {
+/// Aligned so that what every path writes, up to nonFinite, is one cache line.
+struct alignas(64) PathRecord {
     Rgb radiance{0.0F}; ///< the sample's estimate of `color`
     float alpha = 0.0F; ///< 1 where the camera ray met something that is not the background
     Float2 subpixel{0.5F, 0.5F}; ///< position in the pixel, 0..1; outside with a wide filter
     float filterWeight = 1.0F;
+    bool nonFinite = false; ///< the sample was not finite and was replaced by zero
 
     // Per-vertex features: contiguous, vertex-major, albedo, normal, direct.
     VertexFeatures features[kFeatureVertices];
@@ -85,8 +87,6 @@ struct PathRecord {
     Float3 normal{0.0F};              ///< world-space shading normal, facing the ray
     Float3 eyeNormal{0.0F};           ///< the same in camera space
     Float4 primvars[kMaxPrimvarAovs]; ///< values of the requested primvars:*
-
-    bool nonFinite = false; ///< the sample was not finite and was replaced by zero
 
     std::uint32_t validMask() const { return (1U << static_cast<unsigned>(vertexCount)) - 1U; }
 };

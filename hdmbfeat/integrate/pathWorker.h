@@ -47,15 +47,15 @@ public:
     PathWorker& operator=(const PathWorker&) = delete;
     virtual ~PathWorker() = default;
 
-    /// Follows one path for each of `count` <= capacity() samples. record(i) then holds what path i
-    /// met: radiance, alpha, decomposition and what recordFlags ask for, not scaled by exposure.
+    /// Follows one path for each of `count` <= capacity() samples. records()[i] then holds what path
+    /// i met: radiance, alpha, decomposition and what recordFlags ask for, not scaled by exposure.
     /// A path's record depends on its sample alone, not on what else is in the batch. `stop` (may
     /// be empty) is polled; true ends the batch early, and false is returned.
     virtual bool trace(const PathContext& context, const PixelSample* samples, int count,
                        const StopCheck& stop) = 0;
 
     virtual int capacity() const = 0;
-    virtual PathRecord& record(int i) = 0;
+    virtual PathRecord* records() = 0;
     /// Since the worker was made.
     virtual const PathCounts& counts() const = 0;
 };

@@ -76,7 +76,6 @@ private:
         }
         // Nobody reads the rest, and to write it would be most of the work.
         record.radiance = Rgb(0.0F);
-        record.normal = Float3(0.0F);
         record.nonFinite = false;
     }
 

@@ -27,7 +27,7 @@ public:
                                                              : follow<false>(samples, count, stop);
     }
     int capacity() const override { return s_.paths.capacity(); }
-    PathRecord& record(int i) override { return s_.records[static_cast<std::size_t>(i)]; }
+    PathRecord* records() override { return s_.records.data(); }
     const PathCounts& counts() const override { return s_.counts; }
 
 private:

@@ -4,8 +4,8 @@
 
 #include "integrate/kernel/endStage.h"
 #include "integrate/kernel/kernelState.h"
+#include "integrate/kernel/hitLanes.h"
 #include "integrate/kernel/surfaceLanes.h"
-#include "integrate/kernel/traceStage.h"
 #include "shading/previewSurface.h"
 #include "shading/shadingNormal.h"
 
@@ -40,24 +40,18 @@ public:
 
 private:
     static constexpr int kWidth = LaneTraits<T>::kWidth;
-    static constexpr bool kAllPlanes = Record; ///< planes of recorded values exist
     using Group = typename KernelState<T>::Group;
 
     void shade(const Group& g, int vertex) {
-        RayHit hits[kWidth];
-        const AccelGeometry* geometries[kWidth];
-        for (int i = 0; i < kWidth; ++i) {
-            hits[i] = s_.hit(g.read[i]);
-            geometries[i] = context_.accel.geometries()[hits[i].geometry].get();
-        }
-        const SurfaceParameters<T> parameters = materials(geometries, hits);
-        const VertexLanes<T> v = makeVertex(geometries, hits, parameters, g);
+        const HitLanes<T> hits(s_, g);
+        const SurfaceParameters<T> parameters = materials(hits);
+        const VertexLanes<T> v = makeVertex(hits, parameters, g);
         const Vec3<T> throughput = s_.paths.template get3<T>(kThroughput, g.from);
 
-        addEmission(g, vertex, geometries, hits, parameters, v, throughput);
+        addEmission(g, vertex, hits, parameters, v, throughput);
         const bool scatters = vertex < context_.options.maxBounces;
         const Mask<T> lightable = v.bsdf.hasNonDelta();
-        if (vertex == 0) {
+        if (vertex == 0 && context_.recordFlags != kRecordColor) {
             s_.setRecord3(MBFEAT_RECORD_FIELD(normal), g.to, v.frame.n);
         }
         if constexpr (Record) {
@@ -68,41 +62,34 @@ private:
             if (!context_.lights.empty()) {
                 sampleLight(g, vertex, v, lightable, throughput, sampler);
             }
-            scatter(g, vertex, parameters, v, throughput, sampler);
+            scatter(g, vertex, v, throughput, sampler);
         }
     }
 
     /// Material inputs at all hits. Where the whole group has one constant material nothing is
     /// looked up.
-    SurfaceParameters<T> materials(const AccelGeometry* const* geometries, const RayHit* hits) {
-        const MaterialBinding* bindings[kWidth];
-        bool uniform = true;
-        for (int i = 0; i < kWidth; ++i) {
-            bindings[i] = &bindingAt(*geometries[i], hits[i].triangle);
-            uniform = uniform && bindings[i] == bindings[0];
-        }
-        if (uniform && bindings[0]->isConstant) {
-            return surfaceParameters<T>(bindings[0]->constants);
+    SurfaceParameters<T> materials(const HitLanes<T>& hits) {
+        if (const MaterialBinding* const binding = hits.oneBinding()) {
+            if (binding->isConstant) {
+                return surfaceParameters<T>(binding->constants);
+            }
         }
         Transposer<T, MaterialValues> values;
         for (int i = 0; i < kWidth; ++i) {
-            values.set(i, materialValues(evaluateMaterial(*bindings[i], hits[i].triangle,
-                                                          hits[i].b1, hits[i].b2)));
+            const RayHit hit = hits.hit(i);
+            values.set(i, materialValues(evaluateMaterial(bindingAt(hits.geometry(i), hit.triangle),
+                                                          hit.triangle, hit.b1, hit.b2)));
         }
         return surfaceParameters<T>(values.lanes());
     }
 
-    VertexLanes<T> makeVertex(const AccelGeometry* const* geometries, const RayHit* hits,
-                              const SurfaceParameters<T>& parameters, const Group& g) {
-        Transposer<T, SurfaceInputs> inputs;
-        for (int i = 0; i < kWidth; ++i) {
-            inputs.set(i, fetchSurface(*geometries[i], hits[i]));
-        }
-        const SurfacePointLanes<T> point = surfacePoint(inputs.lanes());
+    VertexLanes<T> makeVertex(const HitLanes<T>& hits, const SurfaceParameters<T>& parameters,
+                              const Group& g) {
+        const SurfacePointLanes<T> point = surfacePoint(hits.surfaces());
         const Vec3<T> wo = -s_.paths.template get3<T>(kDirection, g.from);
         const Mask<T> outside = dot(wo, point.ng) >= T(0);
         const Vec3<T> ng = select<T>(outside, point.ng, -point.ng);
-        const Vec3<T> mapped = mappedNormals(geometries, hits, point.ns, parameters.tangentNormal);
+        const Vec3<T> mapped = mappedNormals(hits, point.ns, parameters.tangentNormal);
         const Vec3<T> ns =
             visibleShadingNormal(select<T>(outside, mapped, -mapped), ng, wo);
         const Frame<T> frame = Frame<T>::fromNormal(ns);
@@ -111,8 +98,8 @@ private:
                 parameters.opacity < T(1)};
     }
 
-    Vec3<T> mappedNormals(const AccelGeometry* const* geometries, const RayHit* hits,
-                          const Vec3<T>& ns, const Vec3<T>& tangentNormal) {
+    Vec3<T> mappedNormals(const HitLanes<T>& hits, const Vec3<T>& ns,
+                          const Vec3<T>& tangentNormal) {
         if (none(tangentNormal.x != T(0) || tangentNormal.y != T(0))) {
             return ns;
         }
@@ -120,16 +107,16 @@ private:
         const LaneBuffer3<T> map(tangentNormal);
         LaneBuffer3<T> bent;
         for (int i = 0; i < kWidth; ++i) {
-            bent.set(i, mappedNormal(*geometries[i], hits[i], from.get(i), map.get(i)));
+            bent.set(i, mappedNormal(hits.geometry(i), hits.hit(i), from.get(i), map.get(i)));
         }
         return bent.lanes();
     }
 
     /// Emission of the surface, weighted against having sampled it as a light.
-    void addEmission(const Group& g, int vertex, const AccelGeometry* const* geometries,
-                     const RayHit* hits, const SurfaceParameters<T>& parameters,
-                     const VertexLanes<T>& v, const Vec3<T>& throughput) {
-        std::uint32_t bits = laneBits(isLit(parameters.emission)) & g.bits;
+    void addEmission(const Group& g, int vertex, const HitLanes<T>& hits,
+                     const SurfaceParameters<T>& parameters, const VertexLanes<T>& v,
+                     const Vec3<T>& throughput) {
+        const std::uint32_t bits = laneBits(isLit(parameters.emission)) & g.bits;
         if (bits == 0) {
             return;
         }
@@ -142,14 +129,14 @@ private:
             }
             const std::int32_t slot = g.read[i];
             float mis = 1.0F;
-            const AccelGeometry& geometry = *geometries[i];
+            const AccelGeometry& geometry = hits.geometry(i);
+            const RayHit hit = hits.hit(i);
             if (vertex > 0 && (s_.paths.ints(kFlags)[slot] & kFlagDelta) == 0 && geometry.emits) {
-                const std::int32_t entry = geometry.emissiveIndex[hits[i].triangle];
+                const std::int32_t entry = geometry.emissiveIndex[hit.triangle];
                 if (entry >= 0) {
                     const auto id = static_cast<std::uint32_t>(
                         geometry.emissiveBase +
-                        static_cast<std::int32_t>(hits[i].instance) * geometry.emissiveCount +
-                        entry);
+                        static_cast<std::int32_t>(hit.instance) * geometry.emissiveCount + entry);
                     mis = misWeight(
                         s_.paths.plane(kBsdfPdf)[slot],
                         context_.lights.pdfTriangle(id, s_.receiver(slot), p.get(i)));
@@ -267,8 +254,7 @@ private:
     }
 
     /// Chooses the next segment of each path, and whether it goes on.
-    void scatter(const Group& g, int vertex, const SurfaceParameters<T>& parameters,
-                 const VertexLanes<T>& v, const Vec3<T>& throughput,
+    void scatter(const Group& g, int vertex, const VertexLanes<T>& v, const Vec3<T>& throughput,
                  const LaneSampler<T>& sampler) {
         const std::uint32_t base = vertexDimension(vertex);
         const BsdfSample<T> sample = v.bsdf.sample(v.out, sampler.get1D(base + kDimBsdfLobe),
@@ -285,7 +271,7 @@ private:
         if (vertex >= context_.options.russianRouletteStart) {
             roulette(etaScale, sampler.get1D(base + kDimRoulette), carried, on);
         }
-        std::uint32_t left = laneBits(on) & g.bits;
+        const std::uint32_t left = laneBits(on) & g.bits;
         if (left == 0) {
             return;
         }
@@ -310,7 +296,6 @@ private:
         if (context_.lightsHaveMultipliers) {
             keepDiffuseShare(g, v, sample);
         }
-        static_cast<void>(parameters);
         for (int i = 0; i < g.count; ++i) {
             if (((left >> static_cast<unsigned>(i)) & 1U) != 0) {
                 s_.survivors.push_back(g.read[i]);

@@ -2,6 +2,7 @@
 // shadow rays pass.
 #pragma once
 
+#include "integrate/kernel/hitLanes.h"
 #include "integrate/kernel/kernelState.h"
 #include "integrate/surfacePoint.h"
 #include "shading/material.h"
@@ -16,10 +17,6 @@ inline constexpr int kMaxPasses = 256;
 inline float rotated(float u, int pass) {
     const float x = u + static_cast<float>(pass) * 0.61803398875F;
     return min(x - floor(x), kOneMinusEpsilon);
-}
-
-inline const MaterialBinding& bindingAt(const AccelGeometry& geometry, std::uint32_t triangle) {
-    return geometry.bindings[geometry.mesh->materialSlotOf(triangle)];
 }
 
 /// Rays of packets of `N`, and one at a time where there are fewer lanes than a packet has.
