@@ -120,10 +120,10 @@ T safeSqrt(T x) {
     return sqrt(max(x, T(0)));
 }
 
-/// Sine and cosine of 2 pi u for |u| up to about 1e5, to 1.5 ulp of the larger of the two. Float and
-/// SIMD lanes get the same bits, which the C library's functions would not give; doubles get the
-/// library's. Reduction to an eighth of a turn is exact; minimax polynomials of S. Moshier's Cephes
-/// library (sinf.c) from there on.
+/// Sine and cosine of 2 pi u for |u| up to about 1e5, to 1.5 ulp of the larger of the two. Float
+/// and SIMD lanes get the same bits, which the C library's functions would not give; doubles get
+/// the library's. Reduction to an eighth of a turn is exact; minimax polynomials of S. Moshier's
+/// Cephes library (sinf.c) from there on.
 template <class T>
 void sinCosTurns(T u, T& sine, T& cosine) {
     if constexpr (std::is_same_v<T, double>) {
@@ -134,10 +134,9 @@ void sinCosTurns(T u, T& sine, T& cosine) {
         const T quarter = floor(fma(u, T(4), T(0.5F)));
         const T x = fma(quarter, T(-0.25F), u) * T(6.28318530717958647693F);
         const T x2 = x * x;
-        const T s = fma(x * x2,
-                        fma(x2, fma(x2, T(-1.9515295891e-4F), T(8.3321608736e-3F)),
-                            T(-1.6666654611e-1F)),
-                        x);
+        const T s = fma(
+            x * x2,
+            fma(x2, fma(x2, T(-1.9515295891e-4F), T(8.3321608736e-3F)), T(-1.6666654611e-1F)), x);
         const T c = fma(x2 * x2,
                         fma(x2, fma(x2, T(2.443315711809948e-5F), T(-1.388731625493765e-3F)),
                             T(4.166664568298827e-2F)),

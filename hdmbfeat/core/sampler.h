@@ -118,8 +118,7 @@ private:
         return {low, sampling::mix32(U(seed.high ^ low))};
     }
     static T scrambled(const U& n, const Seed& seed) {
-        const U x =
-            sampling::reverseBits(sampling::owenScrambleReversed(n, seed.low, seed.high));
+        const U x = sampling::reverseBits(sampling::owenScrambleReversed(n, seed.low, seed.high));
         // Exact: the upper 24 bits.
         return toFloat(toSigned(U(x >> 8))) * T(0x1p-24F);
     }

@@ -86,7 +86,7 @@ struct RenderOptions {
     int russianRouletteStart = 3;  ///< first vertex at which a path may be ended
     float clampDirect = 0.0F;      ///< largest sample value, 0: no clamp (biased when on)
     float clampIndirect = 0.0F;
-    bool robust = true;  ///< Embree's watertight traversal
+    bool robust = true; ///< Embree's watertight traversal
     Kernel kernel = Kernel::kAuto;
     int tileSize = 0;    ///< pixels on a side; 0: fitted
     std::string viewAov; ///< AOV shown as `color`; empty: the image itself

@@ -238,8 +238,7 @@ void Film::add(int x, int y, const PathRecord* records, int recordCount) {
 
 void Film::Impl::add(std::size_t pixel, std::uint32_t count, const PathRecord& record) {
     double* const pixelSums = sums->data() + pixel * static_cast<std::size_t>(sumStride);
-    std::uint32_t* const pixelWords =
-        words->data() + pixel * static_cast<std::size_t>(wordStride);
+    std::uint32_t* const pixelWords = words->data() + pixel * static_cast<std::size_t>(wordStride);
     if (count == 0) {
         // clear() only resets the counts, so that a restart does not touch the whole film.
         std::memset(pixelSums, 0, static_cast<std::size_t>(sumStride) * sizeof(double));

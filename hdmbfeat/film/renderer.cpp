@@ -50,8 +50,8 @@ std::vector<Tile> makeTiles(const PixelRect& rect, int size) {
 int fittedTile(const PixelRect& rect, int samples, int capacity, int threads) {
     constexpr double kTilesPerThread = 8.0;
     const double pixels = static_cast<double>(rect.width) * rect.height;
-    const double wanted = std::min(static_cast<double>(capacity) / samples,
-                                   pixels / (kTilesPerThread * threads));
+    const double wanted =
+        std::min(static_cast<double>(capacity) / samples, pixels / (kTilesPerThread * threads));
     return std::clamp(static_cast<int>(std::sqrt(wanted)), 4, 1024);
 }
 

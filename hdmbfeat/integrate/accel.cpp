@@ -55,8 +55,7 @@ void lightIntersectCallback(const RTCIntersectFunctionNArguments* arguments) {
         if (arguments->valid[i] == 0) {
             continue;
         }
-        const float t =
-            lightDistance(arguments->geometryUserPtr, arguments->primID, rays, n, i);
+        const float t = lightDistance(arguments->geometryUserPtr, arguments->primID, rays, n, i);
         if (t > 0.0F) {
             RTCRayN_tfar(rays, n, i) = t;
             RTCHitN_u(hits, n, i) = 0.0F;
@@ -71,9 +70,8 @@ void lightIntersectCallback(const RTCIntersectFunctionNArguments* arguments) {
 void lightOccludedCallback(const RTCOccludedFunctionNArguments* arguments) {
     const unsigned n = arguments->N;
     for (unsigned i = 0; i < n; ++i) {
-        if (arguments->valid[i] != 0 && lightDistance(arguments->geometryUserPtr,
-                                                      arguments->primID, arguments->ray, n,
-                                                      i) > 0.0F) {
+        if (arguments->valid[i] != 0 && lightDistance(arguments->geometryUserPtr, arguments->primID,
+                                                      arguments->ray, n, i) > 0.0F) {
             RTCRayN_tfar(arguments->ray, n, i) = -std::numeric_limits<float>::infinity();
         }
     }

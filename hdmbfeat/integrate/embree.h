@@ -55,8 +55,8 @@ struct EmbreePacket<16> {
 };
 
 template <int N>
-void embreeIntersectPacket(RTCScene scene, const int* valid,
-                           typename EmbreePacket<N>::RayHit& rays, bool coherent) {
+void embreeIntersectPacket(RTCScene scene, const int* valid, typename EmbreePacket<N>::RayHit& rays,
+                           bool coherent) {
 #if RTC_VERSION_MAJOR >= 4
     RTCIntersectArguments arguments;
     rtcInitIntersectArguments(&arguments);

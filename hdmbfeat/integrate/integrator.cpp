@@ -183,9 +183,9 @@ bool Integrator::trace(PathWorker& worker, const PixelSample* samples, int count
                        const StopCheck& stop) const {
     const Impl& m = *impl_;
     const std::uint32_t flags = m.request.recordFlags;
-    const PathContext context{m.accel,          m.lights,        m.camera,
-                              m.filter,         m.request.options, m.request.primvars,
-                              flags,            m.request.frame, m.lightsHaveMultipliers};
+    const PathContext context{m.accel,  m.lights,          m.camera,
+                              m.filter, m.request.options, m.request.primvars,
+                              flags,    m.request.frame,   m.lightsHaveMultipliers};
     const PathCounts before = worker.counts();
     const bool done = worker.trace(context, samples, count, stop);
     CounterShard& counters = m.counters[shardOfThread()];

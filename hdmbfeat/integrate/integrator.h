@@ -55,9 +55,9 @@ public:
 
     /// A worker for the view, for one thread. Not to be used after the next setView().
     std::unique_ptr<PathWorker> makeWorker() const;
-    /// Traces up to worker.capacity() samples; worker.records()[i] then belongs to samples[i]. `stop`
-    /// (may be empty) is polled every few milliseconds; true leaves the records undefined and
-    /// returns false.
+    /// Traces up to worker.capacity() samples; worker.records()[i] then belongs to samples[i].
+    /// `stop` (may be empty) is polled every few milliseconds; true leaves the records undefined
+    /// and returns false.
     bool trace(PathWorker& worker, const PixelSample* samples, int count,
                const StopCheck& stop) const;
 

@@ -34,7 +34,7 @@ SurfaceInputs<float> fetchSurface(const AccelGeometry& geometry, const RayHit& h
 template <class T>
 struct SurfacePointLanes {
     Vec3<T> p{T(0)};
-    Vec3<T> pError{T(0)};             ///< componentwise bound of the absolute error of p
+    Vec3<T> pError{T(0)};         ///< componentwise bound of the absolute error of p
     Vec3<T> ng{T(0), T(0), T(1)}; ///< geometric normal, unit, on the outside of the surface
     Vec3<T> ns{T(0), T(0), T(1)}; ///< interpolated normal, unit, on the side of ng
 };

@@ -59,8 +59,7 @@ public:
         const T sine = safeSqrt(drop * (T(2) - drop));
         T s, c;
         sinCosTurns(u.x, s, c);
-        const Vec3<T> h(fma(sine, c, stretched.x), fma(sine, s, stretched.y),
-                        (T(1) - u.y) * span);
+        const Vec3<T> h(fma(sine, c, stretched.x), fma(sine, s, stretched.y), (T(1) - u.y) * span);
         return normalize(Vec3<T>(alpha_ * h.x, alpha_ * h.y, max(h.z, T(1e-12F))));
     }
 

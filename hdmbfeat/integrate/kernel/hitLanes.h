@@ -30,11 +30,9 @@ public:
 
     RayHit hit(int lane) const { return s_.hit(g_.read[lane]); }
     const AccelGeometry& geometry(int lane) const {
-        return one_ != nullptr
-                   ? *one_
-                   : *s_.context->accel
-                          .geometries()[static_cast<std::size_t>(
-                              s_.paths.ints(kHitGeometry)[g_.read[lane]])];
+        return one_ != nullptr ? *one_
+                               : *s_.context->accel.geometries()[static_cast<std::size_t>(
+                                     s_.paths.ints(kHitGeometry)[g_.read[lane]])];
     }
 
     /// The binding of all lanes, or null where they have several.
@@ -117,11 +115,10 @@ private:
     }
 
     IntLane<T> faces(const Mesh& mesh) const {
-        return mesh.triangleFaces.empty()
-                   ? triangle_
-                   : gatherIntLanes<T>(
-                         reinterpret_cast<const std::int32_t*>(mesh.triangleFaces.data()),
-                         triangle_);
+        return mesh.triangleFaces.empty() ? triangle_
+                                          : gatherIntLanes<T>(reinterpret_cast<const std::int32_t*>(
+                                                                  mesh.triangleFaces.data()),
+                                                              triangle_);
     }
 
     /// As evaluateAttribute() does.

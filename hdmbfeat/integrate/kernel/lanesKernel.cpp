@@ -1,6 +1,7 @@
-// The kernel on SIMD lanes, as wide as this translation unit's instruction set allows. It is compiled
-// into the library, and once more with wider vectors into a module of its own (CMakeLists.txt):
-// inline functions compiled for the wider set must not be merged with the library's.
+// The kernel on SIMD lanes, as wide as this translation unit's instruction set allows. It is
+// compiled into the library, and once more with wider vectors into a module of its own
+// (CMakeLists.txt): inline functions compiled for the wider set must not be merged with the
+// library's.
 #include "integrate/kernel/pathKernel.h"
 #include "integrate/kernels.h"
 

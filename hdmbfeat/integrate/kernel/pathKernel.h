@@ -74,9 +74,8 @@ private:
                 *s_.context->accel
                      .geometries()[static_cast<std::size_t>(s_.paths.ints(kHitGeometry)[slot])];
             const std::uint32_t number =
-                geometry.firstBinding +
-                geometry.mesh->materialSlotOf(
-                    static_cast<std::uint32_t>(s_.paths.ints(kHitTriangle)[slot]));
+                geometry.firstBinding + geometry.mesh->materialSlotOf(static_cast<std::uint32_t>(
+                                            s_.paths.ints(kHitTriangle)[slot]));
             binOf_.push_back(static_cast<std::uint16_t>(number % bins));
             ++binStart_[binOf_.back() + std::size_t{1}];
         }

@@ -165,8 +165,8 @@ public:
         return {plane(first)[entry], plane(first + 1)[entry], plane(first + 2)[entry]};
     }
     template <class T>
-    void push(const Vec3<T>& origin, const Vec3<T>& direction, const T& tFar,
-              const Vec3<T>& direct, const Vec3<T>& contribution, const IntLane<T>& slot) {
+    void push(const Vec3<T>& origin, const Vec3<T>& direction, const T& tFar, const Vec3<T>& direct,
+              const Vec3<T>& contribution, const IntLane<T>& slot) {
         put3<T>(kShadowOrigin, origin);
         put3<T>(kShadowDirection, direction);
         storeLanes<T>(plane(kShadowFar) + size_, tFar);

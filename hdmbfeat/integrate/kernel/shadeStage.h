@@ -3,8 +3,8 @@
 #pragma once
 
 #include "integrate/kernel/endStage.h"
-#include "integrate/kernel/kernelState.h"
 #include "integrate/kernel/hitLanes.h"
+#include "integrate/kernel/kernelState.h"
 #include "integrate/kernel/surfaceLanes.h"
 #include "shading/previewSurface.h"
 #include "shading/shadingNormal.h"
@@ -90,11 +90,15 @@ private:
         const Mask<T> outside = dot(wo, point.ng) >= T(0);
         const Vec3<T> ng = select<T>(outside, point.ng, -point.ng);
         const Vec3<T> mapped = mappedNormals(hits, point.ns, parameters.tangentNormal);
-        const Vec3<T> ns =
-            visibleShadingNormal(select<T>(outside, mapped, -mapped), ng, wo);
+        const Vec3<T> ns = visibleShadingNormal(select<T>(outside, mapped, -mapped), ng, wo);
         const Frame<T> frame = Frame<T>::fromNormal(ns);
         const Bsdf<T> bsdf(parameters, outside);
-        return {point, outside, ng, frame, bsdf, bsdf.outgoing(frame.toLocal(wo)),
+        return {point,
+                outside,
+                ng,
+                frame,
+                bsdf,
+                bsdf.outgoing(frame.toLocal(wo)),
                 parameters.opacity < T(1)};
     }
 
@@ -137,9 +141,8 @@ private:
                     const auto id = static_cast<std::uint32_t>(
                         geometry.emissiveBase +
                         static_cast<std::int32_t>(hit.instance) * geometry.emissiveCount + entry);
-                    mis = misWeight(
-                        s_.paths.plane(kBsdfPdf)[slot],
-                        context_.lights.pdfTriangle(id, s_.receiver(slot), p.get(i)));
+                    mis = misWeight(s_.paths.plane(kBsdfPdf)[slot],
+                                    context_.lights.pdfTriangle(id, s_.receiver(slot), p.get(i)));
                 }
             }
             s_.addEmitted(vertex, slot, weight.get(i) * emission.get(i) * mis);
@@ -203,8 +206,8 @@ private:
         T tFar(kInfinity);
         const Mask<T> near = light.distance < T(kInfinity);
         if (any(near)) {
-            const RaySegment<T> segment = offsetSegment(v.point.p, v.point.pError, v.ng,
-                                                        light.point, light.pointError, light.normal);
+            const RaySegment<T> segment = offsetSegment(
+                v.point.p, v.point.pError, v.ng, light.point, light.pointError, light.normal);
             origin = select<T>(near, segment.origin, origin);
             direction = select<T>(near, segment.direction, direction);
             tFar = select(near, segment.length, tFar);
@@ -231,8 +234,7 @@ private:
                 continue;
             }
             const LightReceiver receiver{p.get(i), n.get(i), (twoSided & bit) != 0};
-            const LightSample sample =
-                context_.lights.sample(receiver, choice[i], {ux[i], uy[i]});
+            const LightSample sample = context_.lights.sample(receiver, choice[i], {ux[i], uy[i]});
             values.set(i, lightValues(sample, sampledRadiance(sample)));
         }
         return values.lanes();
@@ -281,12 +283,11 @@ private:
         paths.template set<T>(kBsdfPdf, g.to, sample.pdf);
         paths.template set3<T>(kReceiverP, g.to, v.point.p);
         paths.template set3<T>(kReceiverN, g.to, v.frame.n);
-        paths.template set3<T>(kOrigin, g.to,
-                               offsetRayOrigin(v.point.p, v.point.pError, v.ng, wi));
+        paths.template set3<T>(kOrigin, g.to, offsetRayOrigin(v.point.p, v.point.pError, v.ng, wi));
         paths.template set3<T>(kDirection, g.to, wi);
         const IntLane<T> zero(0);
-        const IntLane<T> kept = gatherIntLanes<T>(paths.ints(kFlags), g.from) &
-                                IntLane<T>(kFlagNonDelta);
+        const IntLane<T> kept =
+            gatherIntLanes<T>(paths.ints(kFlags), g.from) & IntLane<T>(kFlagNonDelta);
         scatterIntLanes<T>(paths.ints(kFlags), g.to,
                            kept | selectInt(sample.delta, IntLane<T>(kFlagDelta), zero) |
                                selectInt(v.twoSided, IntLane<T>(kFlagTwoSided), zero));
@@ -317,8 +318,7 @@ private:
         }
         const int extended = kExtendedStride * vertex;
         const IntLane<T> slot = s_.writeIf(on, g.to);
-        s_.setRecord(MBFEAT_RECORD_FIELD(extended[0].roughness) + extended, slot,
-                     sample.roughness);
+        s_.setRecord(MBFEAT_RECORD_FIELD(extended[0].roughness) + extended, slot, sample.roughness);
         const IntLane<T> side =
             selectInt(sample.transmitted, IntLane<T>(kEventTransmit), IntLane<T>(kEventReflect));
         const IntLane<T> lobe = selectInt(
@@ -343,7 +343,8 @@ private:
         Vec3<T> share;
         for (int c = 0; c < 3; ++c) {
             const Mask<T> scattered = total[c] > T(0) && !sample.delta;
-            share[c] = select(scattered, value.diffuse[c] / select(scattered, total[c], T(1)), T(0));
+            share[c] =
+                select(scattered, value.diffuse[c] / select(scattered, total[c], T(1)), T(0));
         }
         s_.paths.template set3<T>(kDiffuseShare, g.to, share);
     }

@@ -100,8 +100,8 @@ struct LightValues {
 };
 
 inline LightValues<float> lightValues(const LightSample& s, const Rgb& radiance) {
-    return {s.wi,       s.distance, radiance, s.pdf,        s.delta ? 1.0F : 0.0F, s.diffuse,
-            s.specular, s.point,    s.pointError, s.normal};
+    return {s.wi,      s.distance, radiance, s.pdf,        s.delta ? 1.0F : 0.0F,
+            s.diffuse, s.specular, s.point,  s.pointError, s.normal};
 }
 
 } // namespace mbfeat

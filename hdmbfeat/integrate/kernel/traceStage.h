@@ -117,9 +117,8 @@ private:
             accel_.template intersectPacket<kPacket>(valid, query, vertex == 0);
             for (int i = 0; i < g.count; ++i) {
                 take(slots[i], vertex,
-                     accel_.decode(query.hit.geomID[i], query.hit.instID[0][i],
-                                   query.hit.primID[i], query.ray.tfar[i], query.hit.u[i],
-                                   query.hit.v[i]));
+                     accel_.decode(query.hit.geomID[i], query.hit.instID[0][i], query.hit.primID[i],
+                                   query.ray.tfar[i], query.hit.u[i], query.hit.v[i]));
             }
             s_.counts.rays += static_cast<std::uint64_t>(g.count);
         } else {
@@ -139,8 +138,8 @@ private:
         float distance = hit.t;
         const bool hidden = hit.kind == RayHit::Kind::kLight && vertex == 0 &&
                             !s_.context->lights.visibleToCamera(hit.light);
-        const bool maybeThere = hit.kind == RayHit::Kind::kSurface &&
-                                accel_.geometries()[hit.geometry]->mayCutOut;
+        const bool maybeThere =
+            hit.kind == RayHit::Kind::kSurface && accel_.geometries()[hit.geometry]->mayCutOut;
         if (hidden || maybeThere) {
             distance = pass(slot, vertex, hit);
         }
@@ -240,8 +239,7 @@ private:
             accel_.template occludedPacket<kPacket>(valid, query);
 
             const std::uint32_t bits = (std::uint32_t{1} << count) - 1U;
-            const Mask<T> passed =
-                loadLanes<T>(query.tfar) >= T(0) && maskOfBits<T>(bits);
+            const Mask<T> passed = loadLanes<T>(query.tfar) >= T(0) && maskOfBits<T>(bits);
             if (none(passed)) {
                 return;
             }
@@ -250,8 +248,7 @@ private:
                                gatherLanes<T>(queue.plane(plane + 1), place),
                                gatherLanes<T>(queue.plane(plane + 2), place));
             };
-            const IntLane<T> slot =
-                s_.writeIf(passed, gatherIntLanes<T>(queue.slots(), place));
+            const IntLane<T> slot = s_.writeIf(passed, gatherIntLanes<T>(queue.slots(), place));
             s_.addContribution(vertex, slot,
                                clampTo<T>(load3(kShadowContribution), limitOf(vertex)));
             if (Record && vertex < kFeatureVertices) {
@@ -274,9 +271,9 @@ private:
         }
         const ShadowQueue& queue = s_.shadows;
         const std::int32_t slot = queue.slots()[entry];
-        s_.addContributionOf(slot, vertex,
-                             clampTo(queue.get3(kShadowContribution, entry) * visible,
-                                     limitOf(vertex)));
+        s_.addContributionOf(
+            slot, vertex,
+            clampTo(queue.get3(kShadowContribution, entry) * visible, limitOf(vertex)));
         if (Record && vertex < kFeatureVertices) {
             s_.records[static_cast<std::size_t>(slot)].features[vertex].direct =
                 queue.get3(kShadowDirect, entry) * visible;

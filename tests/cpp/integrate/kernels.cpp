@@ -167,8 +167,7 @@ TEST_CASE("sorting rays loses none and brings those of one octant together") {
     bounds.add(Float3(-1.0F)); // rays may start outside
     bounds.add(Float3(1.0F));
     RaySorter sorter;
-    sorter.sort(list, bounds,
-                [&](std::int32_t i) { return rays[static_cast<std::size_t>(i)]; });
+    sorter.sort(list, bounds, [&](std::int32_t i) { return rays[static_cast<std::size_t>(i)]; });
     std::vector<bool> seen(rays.size(), false);
     int changes = 0;
     int before = -1;
@@ -177,8 +176,7 @@ TEST_CASE("sorting rays loses none and brings those of one octant together") {
         CHECK_FALSE(seen[index]);
         seen[index] = true;
         const Float3& d = rays[index].direction;
-        const int octant =
-            (d.x < 0.0F ? 1 : 0) + (d.y < 0.0F ? 2 : 0) + (d.z < 0.0F ? 4 : 0);
+        const int octant = (d.x < 0.0F ? 1 : 0) + (d.y < 0.0F ? 2 : 0) + (d.z < 0.0F ? 4 : 0);
         changes += octant != before ? 1 : 0;
         before = octant;
     }
