@@ -178,6 +178,8 @@ void LightPrim::syncPrim(HdSceneDelegate* delegate, HdDirtyBits* dirtyBits) {
         !light.texture.path.empty() && (type_ == LightType::kDome || type_ == LightType::kRect);
     light.visibleToCamera = isVisibleToCamera();
     light.isCameraLight = isHostLight(GetId());
+    // What stands behind the camera should not darken what it looks at.
+    light.castsShadows = !light.isCameraLight && parameters.flag("shadow:enable", true);
     sanitize(light, messages_);
 
     std::vector<AffineD> transforms = computeTransforms(delegate);

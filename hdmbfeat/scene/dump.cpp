@@ -225,6 +225,9 @@ void writeLight(Writer& out, const Light& light) {
     out.line(1, "diffuse ", text(light.diffuse), " specular ", text(light.specular));
     out.line(1, "normalize ", text(light.normalize));
     writeShape(out, light);
+    if (!light.castsShadows) {
+        out.line(1, "castsShadows ", text(light.castsShadows));
+    }
     if (light.shaping.isOn()) {
         out.line(1, "shaping focus ", text(light.shaping.focus), " tint ",
                  text(light.shaping.focusTint), " cone ", text(light.shaping.coneAngle),

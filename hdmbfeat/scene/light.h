@@ -32,6 +32,8 @@ struct Light {
     float diffuse = 1.0F;  ///< multiplier on light that arrives at diffuse lobes
     float specular = 1.0F; ///< multiplier on light that arrives at specular lobes
     bool normalize = false;
+    /// UsdLux ShadowAPI. Without shadows it lights every surface as if nothing stood between.
+    bool castsShadows = true;
     float width = 1.0F, height = 1.0F; ///< rect
     float radius = 0.5F;               ///< disk, sphere, cylinder
     float length = 1.0F;               ///< cylinder, along local x

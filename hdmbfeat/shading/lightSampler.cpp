@@ -39,6 +39,7 @@ LightSample sampleLight(const PreparedLight& light, const Float3& p, Float2 u) {
     LightSample out;
     out.diffuse = light.diffuse;
     out.specular = light.specular;
+    out.castsShadows = light.castsShadows;
     std::visit(Overloaded{
                    [&](const PointEmitter& point) {
                        const Float3 d = point.position - p;
@@ -360,6 +361,10 @@ Rgb LightSampler::environmentRadiance(const Float3& wi, bool cameraRay) const {
 
 bool LightSampler::visibleToCamera(std::uint32_t light) const {
     return impl_->lights[light]->visibleToCamera;
+}
+
+bool LightSampler::castsShadows(std::uint32_t light) const {
+    return impl_->lights[light]->castsShadows;
 }
 
 float LightSampler::diffuseMultiplier(std::uint32_t light) const {

@@ -57,6 +57,7 @@ struct LightSample {
     float pdf = 0.0F;   ///< per solid angle, with the choice of light; delta: of the choice alone
     bool delta = false; ///< no other strategy can sample it: no MIS
     float diffuse = 1.0F, specular = 1.0F; ///< multipliers for light at diffuse, specular lobes
+    bool castsShadows = true;              ///< false: what stands between does not matter
     std::uint32_t light = kNoLight;        ///< index of the light; kNoLight for a triangle
     std::uint32_t triangle = kNoLight;     ///< userId of the emissive triangle, if it is one
     float b1 = 0.0F, b2 = 0.0F;            ///< barycentric weights of its corners 1 and 2
@@ -127,6 +128,7 @@ public:
 
     // --- per light
     bool visibleToCamera(std::uint32_t light) const;
+    bool castsShadows(std::uint32_t light) const;
     float diffuseMultiplier(std::uint32_t light) const;
     float specularMultiplier(std::uint32_t light) const;
 

@@ -118,6 +118,7 @@ public:
         result_.axis = Float3(axes_.minusZ);
         result_.diffuse = light_.diffuse;
         result_.specular = light_.specular;
+        result_.castsShadows = light_.castsShadows;
         result_.visibleToCamera = light_.visibleToCamera;
         if (!isFinite(result_.radiance) || !std::isfinite(result_.power)) {
             return refuse("Its emission overflows after the division by its size, so the light was "

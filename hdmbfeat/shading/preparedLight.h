@@ -59,6 +59,7 @@ struct PreparedLight {
     Bounds bounds;                        ///< of the shape
     std::shared_ptr<const Image> texture; ///< rect only
     float diffuse = 1.0F, specular = 1.0F;
+    bool castsShadows = true;
     bool visibleToCamera = true;
     /// Flux of a local light; for an environment its flux through a unit disc, times pi.
     double power = 0.0;

@@ -498,6 +498,24 @@ def repairs(folder: Path) -> dict[str, Any]:
     return result
 
 
+def shadows(folder: Path) -> dict[str, Any]:
+    """Brightness of a quad whose sun stands behind a wall, as its shadows go off and on."""
+    stage = hydrakit.make_stage(0.0)
+    hydrakit.add_quad(stage)
+    wall = UsdGeom.Xformable(hydrakit.add_quad(stage, "/World/wall"))  # behind the camera
+    wall.AddTranslateOp().Set(Gf.Vec3d(0.0, 0.0, 20.0))
+    wall.AddScaleOp().Set(Gf.Vec3f(9.0))
+    sun = UsdLux.DistantLight.Define(stage, "/World/sun")
+    enabled = UsdLux.ShadowAPI.Apply(sun.GetPrim()).CreateShadowEnableAttr()
+    host = hydrakit.EngineHost(stage)
+    host.set(samplesPerPixel=4)
+    result: dict[str, Any] = {}
+    for name, value in (("on", True), ("off", False), ("on again", True)):
+        enabled.Set(value)
+        result[name] = float(host.converge().resolve("color")[8, 16, 0])
+    return result
+
+
 SCENARIOS: dict[str, Callable[[Path], dict[str, Any]]] = {
     function.__name__: function
     for function in (
@@ -517,6 +535,7 @@ SCENARIOS: dict[str, Callable[[Path], dict[str, Any]]] = {
         instancer_visibility,
         native_instance_visibility,
         repairs,
+        shadows,
     )
 }
 

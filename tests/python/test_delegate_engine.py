@@ -131,3 +131,9 @@ def test_repaired_data_counts_no_more(scene_index: bool, tmp_path: Path) -> None
     good = {name: [0, 0] for name in result if name not in spoilt and name != "frame 2"}
     assert {name: result[name] for name in good} == good
     assert result["frame 2"] == [1, 1]
+
+
+def test_lights_cast_shadows_unless_told_not_to(scene_index: bool, tmp_path: Path) -> None:
+    result = hydrakit.run_scenario("shadows", scene_index, tmp_path)
+    assert result["on"] == result["on again"] == 0.0
+    assert result["off"] > 0.0

@@ -33,7 +33,7 @@ public:
             const Float3 direction = s_.paths.get3(kDirection, slot);
             const LightHit seen = lights_.evaluateHit(light, s_.receiver(slot), direction,
                                                       s_.paths.plane(kDistance)[slot]);
-            const float weight = mis(vertex, slot, seen.pdf);
+            const float weight = mis(vertex, slot, light, seen.pdf);
             s_.addEmitted(vertex, slot,
                           throughput(slot) * multiplier(vertex, slot, light) * seen.radiance *
                               weight);
@@ -63,10 +63,10 @@ public:
                 const bool delta = isDelta(slot);
                 const float pdf =
                     delta ? 0.0F : lights_.environmentPdf(e, s_.receiver(slot), direction);
+                const std::uint32_t light = lights_.lightOfEnvironment(e);
                 s_.addEmitted(vertex, slot,
-                              throughput(slot) *
-                                  multiplier(vertex, slot, lights_.lightOfEnvironment(e)) *
-                                  radiance * mis(vertex, slot, pdf));
+                              throughput(slot) * multiplier(vertex, slot, light) * radiance *
+                                  mis(vertex, slot, light, pdf));
             }
         }
     }
@@ -74,9 +74,17 @@ public:
 private:
     Rgb throughput(int slot) const { return s_.paths.get3(kThroughput, slot); }
     bool isDelta(int slot) const { return (s_.paths.ints(kFlags)[slot] & kFlagDelta) != 0; }
-    float mis(int vertex, int slot, float lightPdf) const {
-        const bool sampledByBsdfOnly = vertex == 0 || isDelta(slot);
-        return sampledByBsdfOnly ? 1.0F : misWeight(s_.paths.plane(kBsdfPdf)[slot], lightPdf);
+    /// Weight of light that a segment met, against that of sampling the light. A light without
+    /// shadows lights what it is hidden from too, which scattering cannot find: all that sampling
+    /// can find is left to sampling.
+    float mis(int vertex, int slot, std::uint32_t light, float lightPdf) const {
+        if (vertex == 0 || isDelta(slot)) {
+            return 1.0F;
+        }
+        if (lightPdf > 0.0F && !lights_.castsShadows(light)) {
+            return 0.0F;
+        }
+        return misWeight(s_.paths.plane(kBsdfPdf)[slot], lightPdf);
     }
     /// A light's own multipliers, for what the segment's scattering makes of it.
     Rgb multiplier(int vertex, int slot, std::uint32_t light) const {

@@ -198,7 +198,9 @@ private:
             return;
         }
         const T pdf = select(usable, light.pdf, T(1));
-        const T weight = select(light.delta > T(0), T(1), misWeight(pdf, value.pdf));
+        const Mask<T> shadowless = light.castsShadows == T(0);
+        const Mask<T> alone = light.delta > T(0) || shadowless; // see EndStage::mis()
+        const T weight = select(alone, T(1), misWeight(pdf, value.pdf));
         const Vec3<T> direct = scattered * light.radiance * (weight / pdf);
 
         Vec3<T> origin = offsetRayOrigin(v.point.p, v.point.pError, v.ng, light.wi);
@@ -212,6 +214,7 @@ private:
             direction = select<T>(near, segment.direction, direction);
             tFar = select(near, segment.length, tFar);
         }
+        tFar = select(shadowless, T(0), tFar); // nothing is met before the ray's start
         s_.shadows.template push<T>(origin, direction, tFar, direct, throughput * direct,
                                     selectInt(usable, g.to, IntLane<T>(-1)));
     }

@@ -95,13 +95,22 @@ struct LightValues {
     Vec3<T> wi;
     T distance;
     Vec3<T> radiance;
-    T pdf, delta, diffuse, specular;
+    T pdf, delta, castsShadows, diffuse, specular;
     Vec3<T> point, pointError, normal;
 };
 
 inline LightValues<float> lightValues(const LightSample& s, const Rgb& radiance) {
-    return {s.wi,      s.distance, radiance, s.pdf,        s.delta ? 1.0F : 0.0F,
-            s.diffuse, s.specular, s.point,  s.pointError, s.normal};
+    return {s.wi,
+            s.distance,
+            radiance,
+            s.pdf,
+            s.delta ? 1.0F : 0.0F,
+            s.castsShadows ? 1.0F : 0.0F,
+            s.diffuse,
+            s.specular,
+            s.point,
+            s.pointError,
+            s.normal};
 }
 
 } // namespace mbfeat
