@@ -18,7 +18,7 @@ std::set<std::string> primvarsOf(Material& material) {
     for (const TextureNode& texture : material.textures) {
         names.insert(texture.uvPrimvar);
     }
-    for (const MaterialInput* const input : inputsOf(material)) {
+    for (const auto& [name, input] : inputsOf(material)) {
         if (input->source == MaterialInput::Source::kPrimvar) {
             names.insert(input->primvar);
         }

@@ -1,9 +1,11 @@
 #include "delegate/materialNetwork.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "delegate/tokens.h"
 #include "delegate/values.h"
+#include "pxr/base/gf/vec3f.h"
 
 namespace mbfeat {
 
@@ -78,17 +80,57 @@ void MaterialBuilder::setTexture(MaterialInput& input, const TextureNode& textur
     input.channel = channel;
 }
 
-std::vector<MaterialInput*> inputsOf(Material& m) {
+std::vector<NamedInput> inputsOf(Material& m) {
     return {
-        &m.diffuseColor, &m.emissiveColor,      &m.specularColor, &m.metallic,         &m.roughness,
-        &m.clearcoat,    &m.clearcoatRoughness, &m.opacity,       &m.opacityThreshold, &m.ior,
-        &m.normal,       &m.occlusion};
+        {"diffuseColor", &m.diffuseColor},
+        {"emissiveColor", &m.emissiveColor},
+        {"specularColor", &m.specularColor},
+        {"metallic", &m.metallic},
+        {"roughness", &m.roughness},
+        {"clearcoat", &m.clearcoat},
+        {"clearcoatRoughness", &m.clearcoatRoughness},
+        {"opacity", &m.opacity},
+        {"opacityThreshold", &m.opacityThreshold},
+        {"ior", &m.ior},
+        {"normal", &m.normal},
+        {"occlusion", &m.occlusion},
+    };
 }
+
+namespace {
+
+/// As it was authored: numbers stand in all three components.
+std::string asAuthored(const Float3& v) {
+    const auto same = [](float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); };
+    const bool isNumber = same(v.x, v.y) && same(v.x, v.z);
+    return describe(isNumber ? VtValue(v.x) : VtValue(GfVec3f(v.x, v.y, v.z)));
+}
+
+/// Replaces constants that are no numbers by the defaults of UsdPreviewSurface.
+void repairInputs(MaterialBuilder& builder) {
+    Material defaults;
+    const std::vector<NamedInput> fallbacks = inputsOf(defaults);
+    const std::vector<NamedInput> inputs = inputsOf(builder.material());
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+        Float3& value = inputs[i].input->value;
+        if (isFinite(value)) {
+            continue;
+        }
+        const Float3 authored = value;
+        for (int c = 0; c < 3; ++c) {
+            value[c] = std::isfinite(value[c]) ? value[c] : fallbacks[i].input->value[c];
+        }
+        builder.warn(std::string("its input ") + inputs[i].name + " is " + asAuthored(authored) +
+                     "; " + asAuthored(value) + " is used. Author finite numbers.");
+    }
+}
+
+} // namespace
 
 void MaterialBuilder::removeUnusedTextures() {
     const std::vector<TextureNode> all = std::move(material_.textures);
     material_.textures.clear();
-    for (MaterialInput* const input : inputsOf(material_)) {
+    for (const auto& [name, input] : inputsOf(material_)) {
         if (input->source == MaterialInput::Source::kTexture) {
             setTexture(*input, all[static_cast<std::size_t>(input->texture)], input->channel);
         }
@@ -120,9 +162,11 @@ std::optional<Material> translateMaterial(const std::string& path,
     if (surface && (surface.type() == "UsdPreviewSurface" ||
                     surface.type() == "ND_UsdPreviewSurface_surfaceshader")) {
         translatePreviewSurface(surface, builder);
+        repairInputs(builder);
         return std::move(builder.material());
     }
     if (surface && translateMaterialX(surface, builder)) {
+        repairInputs(builder);
         return std::move(builder.material());
     }
     diagnostics.warn(path, (surface ? "its surface is the unknown shader " + surface.type()

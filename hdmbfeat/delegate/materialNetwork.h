@@ -67,8 +67,13 @@ private:
     Diagnostics& diagnostics_;
 };
 
-/// The inputs of a material, for what is done to all of them.
-std::vector<MaterialInput*> inputsOf(Material& material);
+struct NamedInput {
+    const char* name; ///< as UsdPreviewSurface has it
+    MaterialInput* input;
+};
+
+/// The inputs of a material, for what is done to all of them, always in the same order.
+std::vector<NamedInput> inputsOf(Material& material);
 
 /// Colour space of a texture by the names that UsdUVTexture, assets and MaterialX use.
 void setColorSpace(ImageKey& image, const std::string& name);

@@ -1,6 +1,4 @@
 // UsdPreviewSurface and its texture, primvar and transform nodes.
-#include <array>
-
 #include "delegate/materialNetwork.h"
 #include "delegate/values.h"
 
@@ -144,21 +142,7 @@ void translateInput(const NetworkNode& node, const char* name, MaterialInput& in
 
 void translatePreviewSurface(const NetworkNode& surface, MaterialBuilder& builder) {
     Material& m = builder.material();
-    const std::array<std::pair<const char*, MaterialInput*>, 12> inputs = {{
-        {"diffuseColor", &m.diffuseColor},
-        {"emissiveColor", &m.emissiveColor},
-        {"specularColor", &m.specularColor},
-        {"metallic", &m.metallic},
-        {"roughness", &m.roughness},
-        {"clearcoat", &m.clearcoat},
-        {"clearcoatRoughness", &m.clearcoatRoughness},
-        {"opacity", &m.opacity},
-        {"opacityThreshold", &m.opacityThreshold},
-        {"ior", &m.ior},
-        {"normal", &m.normal},
-        {"occlusion", &m.occlusion},
-    }};
-    for (const auto& [name, input] : inputs) {
+    for (const auto& [name, input] : inputsOf(m)) {
         translateInput(surface, name, *input, builder);
     }
     m.useSpecularWorkflow = asBool(surface.parameter("useSpecularWorkflow"), false);

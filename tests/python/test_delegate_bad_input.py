@@ -13,6 +13,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade, Vt
 import hydrakit
 
 NAN = math.nan
+COLOR = Sdf.ValueTypeNames.Color3f
 Case = Callable[[Usd.Stage, Path], None]
 
 
@@ -87,6 +88,20 @@ def _unknown_surface(stage: Usd.Stage, _: Path) -> None:
     hydrakit.bind(quad.GetPrim(), "/World/look")
 
 
+def _material(**values: float | tuple[float, float, float]) -> Case:
+    """A quad whose material has these inputs."""
+
+    def build(stage: Usd.Stage, _: Path) -> None:
+        quad = hydrakit.add_quad(stage, "/World/bad")
+        shader = hydrakit.add_material(stage, "/World/look", (0.5, 0.5, 0.5))
+        hydrakit.bind(quad.GetPrim(), "/World/look")
+        for name, value in values.items():
+            kind = Sdf.ValueTypeNames.Float if isinstance(value, float) else COLOR
+            shader.CreateInput(name, kind).Set(value)
+
+    return build
+
+
 def _corrupt_dome(stage: Usd.Stage, folder: Path) -> None:
     (folder / "dome.exr").write_bytes(b"\x76\x2f\x31\x01" + bytes(range(200)))
     dome = UsdLux.DomeLight.Define(stage, "/World/second")
@@ -134,6 +149,18 @@ CASES: dict[str, tuple[Case, str]] = {
     "texture without a file": (_texture(""), "names no file"),
     "texture that is no image": (_texture("text.png", b"not an image"), "text.png"),
     "unknown surface": (_unknown_surface, "/World/look"),
+    "roughness that is no number": (
+        _material(roughness=NAN),
+        "/World/look: its input roughness is nan; 0.5 is used",
+    ),
+    "colour that is no number": (
+        _material(diffuseColor=(NAN, 0.25, 0.5)),
+        "/World/look: its input diffuseColor is (nan, 0.25, 0.5); (0.18, 0.25, 0.5) is used",
+    ),
+    "infinite emission": (
+        _material(emissiveColor=(math.inf, math.inf, math.inf)),
+        "/World/look: its input emissiveColor is inf; 0 is used",
+    ),
     "corrupt dome": (_corrupt_dome, "dome.exr"),
     "light of radius NaN": (_light("radius", NAN), "radius"),
     "light of radius 0": (_light("radius", 0.0), "/World/lamp"),
