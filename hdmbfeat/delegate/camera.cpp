@@ -98,6 +98,25 @@ void setDepthOfField(const HdCamera& prim, const Lens& lens, Camera& camera,
     camera.focusDistance = prim.GetFocusDistance();
 }
 
+void reportIgnored(const HdCamera& prim, Diagnostics& diagnostics) {
+    const std::string path = prim.GetId().GetString();
+    if (!prim.GetClipPlanes().empty()) {
+        diagnostics.warn(path, "clippingPlanes are not supported; nothing is clipped but by "
+                               "clippingRange.");
+    }
+    const TfToken distortion = prim.GetLensDistortionType();
+    if (!distortion.IsEmpty() && distortion != "standard") {
+        diagnostics.warn(path, "a lens distortion of the type " + distortion.GetString() +
+                                   " is not supported; the image is not distorted.");
+    }
+    if (prim.GetShutterClose() > prim.GetShutterOpen()) {
+        // Cameras often have one, and often nothing moves: worth a word, but not a warning.
+        diagnostics.report(Severity::kInfo, path,
+                           "its shutter is open for a while, but motion blur is not supported; "
+                           "everything stands where it is at the frame's time.");
+    }
+}
+
 } // namespace
 
 Camera translateCamera(const HdCamera& prim, const CameraRequest& request,
@@ -114,6 +133,7 @@ Camera translateCamera(const HdCamera& prim, const CameraRequest& request,
     const Lens lens = usableLens(prim, request.imageAspect, diagnostics);
     setLens(prim, lens, request, camera);
 
+    reportIgnored(prim, diagnostics);
     setClipping(prim, camera, diagnostics);
     if (request.depthOfField) {
         setDepthOfField(prim, lens, camera, diagnostics);

@@ -85,6 +85,27 @@ void sanitize(Light& light, Diagnostics& diagnostics) {
     }
 }
 
+/// What is authored but changes nothing here. A link of everything has an empty category.
+void reportIgnored(const LightParameters& parameters, Diagnostics& diagnostics,
+                   const std::string& path) {
+    const auto report = [&](const char* what, const char* effect) {
+        diagnostics.warn(path, std::string(what) + " not supported; " + effect + ".");
+    };
+    if (!parameters.text("lightLink").empty()) {
+        report("light linking is", "it lights everything");
+    }
+    if (!parameters.text("shadowLink").empty()) {
+        report("shadow linking is", "everything casts its shadows");
+    }
+    const VtValue filters = parameters.get("filters");
+    if (filters.IsHolding<SdfPathVector>() && !filters.UncheckedGet<SdfPathVector>().empty()) {
+        report("light filters are", "its light is not filtered");
+    }
+    if (!parameters.text("shaping:ies:file").empty()) {
+        report("IES profiles are", "its light is shaped by its cone and focus alone");
+    }
+}
+
 /// A host without lights in the scene puts its head light at <task>/lights/light_N, below a root
 /// of its own that starts with an underscore.
 bool isHostLight(const SdfPath& id) {
@@ -181,6 +202,7 @@ void LightPrim::syncPrim(HdSceneDelegate* delegate, HdDirtyBits* dirtyBits) {
     // What stands behind the camera should not darken what it looks at.
     light.castsShadows = !light.isCameraLight && parameters.flag("shadow:enable", true);
     sanitize(light, messages_);
+    reportIgnored(parameters, messages_, light.path);
 
     std::vector<AffineD> transforms = computeTransforms(delegate);
     const VtValue offset = parameters.get("domeOffset");

@@ -150,9 +150,27 @@ void setColorSpace(ImageKey& image, const std::string& name) {
     }
 }
 
+namespace {
+
+/// A material of lights has other terminals; these two belong to surfaces.
+void reportIgnored(const std::string& path, const HdMaterialNetwork2& network,
+                   Diagnostics& diagnostics) {
+    const std::pair<const char*, const char*> ignored[] = {
+        {"displacement", "its displacement is not supported; surfaces stay where they are."},
+        {"volume", "its volume shader is not supported; nothing fills what it is bound to."}};
+    for (const auto& [terminal, text] : ignored) {
+        if (network.terminals.count(TfToken(terminal)) != 0) {
+            diagnostics.warn(path, text);
+        }
+    }
+}
+
+} // namespace
+
 std::optional<Material> translateMaterial(const std::string& path,
                                           const HdMaterialNetwork2& network,
                                           Diagnostics& diagnostics) {
+    reportIgnored(path, network, diagnostics);
     const auto terminal = network.terminals.find(tokens().surface);
     if (terminal == network.terminals.end()) {
         return std::nullopt; // a material of other renderers, or of lights

@@ -115,6 +115,11 @@ void MeshPrim::updateMesh(HdSceneDelegate* delegate, RenderParam& param) {
             "subdivision surfaces are rendered as their control meshes with smooth normals; the "
             "refinement level is not used.");
     }
+    if (!delegate->GetLightParamValue(GetId(), TfToken("inputs:intensity")).IsEmpty()) {
+        meshMessages_.warn(geometry_.path,
+                           "mesh lights are not supported; it is rendered but "
+                           "gives no light. Give it a material with emissiveColor.");
+    }
     fetchedPrimvars_ = param.primvarsFor(geometry_.materials);
     const MeshSource source(*this, delegate, topology, subsetSlots_, fetchedPrimvars_,
                             meshMessages_);

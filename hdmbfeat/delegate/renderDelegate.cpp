@@ -12,6 +12,7 @@
 #include "delegate/renderPass.h"
 #include "delegate/renderSettings.h"
 #include "delegate/tokens.h"
+#include "delegate/unsupported.h"
 #include "pxr/imaging/hd/camera.h"
 #include "pxr/imaging/hd/extComputation.h"
 
@@ -42,6 +43,11 @@ std::optional<LightType> lightTypeOf(const TfToken& typeId) {
     return std::nullopt;
 }
 
+TfTokenVector joined(TfTokenVector types, const TfTokenVector& more) {
+    types.insert(types.end(), more.begin(), more.end());
+    return types;
+}
+
 } // namespace
 
 RenderDelegate::RenderDelegate(const HdRenderSettingsMap& settings)
@@ -59,15 +65,16 @@ RenderDelegate::~RenderDelegate() {
 }
 
 const TfTokenVector& RenderDelegate::GetSupportedRprimTypes() const {
-    static const TfTokenVector types{tokens().mesh};
+    static const TfTokenVector types = joined({tokens().mesh}, unsupportedRprimTypes());
     return types;
 }
 
 const TfTokenVector& RenderDelegate::GetSupportedSprimTypes() const {
     const Tokens& t = tokens();
-    static const TfTokenVector types{t.camera,        t.material,     t.extComputation,
-                                     t.rectLight,     t.diskLight,    t.sphereLight,
-                                     t.cylinderLight, t.distantLight, t.domeLight};
+    static const TfTokenVector types =
+        joined({t.camera, t.material, t.extComputation, t.rectLight, t.diskLight, t.sphereLight,
+                t.cylinderLight, t.distantLight, t.domeLight},
+               unsupportedSprimTypes());
     return types;
 }
 
@@ -139,8 +146,13 @@ void RenderDelegate::DestroyInstancer(HdInstancer* instancer) {
 }
 
 HdRprim* RenderDelegate::CreateRprim(const TfToken& typeId, const SdfPath& rprimId) {
-    return typeId == tokens().mesh ? std::make_unique<MeshPrim>(rprimId, *param_).release()
-                                   : nullptr;
+    if (typeId == tokens().mesh) {
+        return std::make_unique<MeshPrim>(rprimId, *param_).release();
+    }
+    if (isUnsupportedRprim(typeId)) {
+        return std::make_unique<UnsupportedRprim>(typeId, rprimId, *param_).release();
+    }
+    return nullptr;
 }
 
 void RenderDelegate::DestroyRprim(HdRprim* rprim) {
@@ -159,6 +171,9 @@ HdSprim* RenderDelegate::CreateSprim(const TfToken& typeId, const SdfPath& sprim
     }
     if (const std::optional<LightType> light = lightTypeOf(typeId)) {
         return std::make_unique<LightPrim>(sprimId, *light, *param_).release();
+    }
+    if (isUnsupportedSprim(typeId)) {
+        return std::make_unique<UnsupportedSprim>(typeId, sprimId, *param_).release();
     }
     return nullptr;
 }

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade, UsdVol, Vt
 
 import hydrakit
 
@@ -126,6 +126,65 @@ def _camera(**values: float | Gf.Vec2f) -> Case:
     return build
 
 
+def _curves(stage: Usd.Stage, _: Path) -> None:
+    curves = UsdGeom.BasisCurves.Define(stage, "/World/hair")
+    curves.CreatePointsAttr([(0, 0, 0), (0, 1, 0), (0, 2, 0), (0, 3, 0)])
+    curves.CreateCurveVertexCountsAttr([4])
+
+
+def _points(stage: Usd.Stage, _: Path) -> None:
+    UsdGeom.Points.Define(stage, "/World/dust").CreatePointsAttr([(0, 0, 0)])
+
+
+def _volume(stage: Usd.Stage, _: Path) -> None:
+    UsdVol.Volume.Define(stage, "/World/smoke")
+
+
+def _portal(stage: Usd.Stage, _: Path) -> None:
+    UsdLux.PortalLight.Define(stage, "/World/portal")
+
+
+def _mesh_light(stage: Usd.Stage, _: Path) -> None:
+    UsdLux.MeshLightAPI.Apply(hydrakit.add_quad(stage, "/World/bad").GetPrim())
+
+
+def _linked(collection: str) -> Case:
+    """A light of which a collection leaves out the good quad."""
+
+    def build(stage: Usd.Stage, _: Path) -> None:
+        light = UsdLux.LightAPI(UsdLux.SphereLight.Define(stage, "/World/lamp"))
+        api = getattr(light, f"Get{collection}LinkCollectionAPI")()
+        api.CreateExcludesRel().SetTargets([Sdf.Path("/World/good")])
+
+    return build
+
+
+def _filtered(stage: Usd.Stage, _: Path) -> None:
+    light = UsdLux.LightAPI(UsdLux.SphereLight.Define(stage, "/World/lamp"))
+    gobo = UsdLux.LightFilter.Define(stage, "/World/gobo")
+    light.CreateFiltersRel().SetTargets([gobo.GetPath()])
+
+
+def _profiled(stage: Usd.Stage, _: Path) -> None:
+    light = UsdLux.SphereLight.Define(stage, "/World/lamp")
+    UsdLux.ShapingAPI.Apply(light.GetPrim()).CreateShapingIesFileAttr("lamp.ies")
+
+
+def _clipped(stage: Usd.Stage, _: Path) -> None:
+    camera = UsdGeom.Camera(stage.GetPrimAtPath("/World/camera"))
+    camera.CreateClippingPlanesAttr([Gf.Vec4f(1, 0, 0, 5)])
+
+
+def _displaced(stage: Usd.Stage, _: Path) -> None:
+    quad = hydrakit.add_quad(stage, "/World/bad")
+    shader = hydrakit.add_material(stage, "/World/look", (0.5, 0.5, 0.5))
+    hydrakit.bind(quad.GetPrim(), "/World/look")
+    shader.CreateInput("displacement", Sdf.ValueTypeNames.Float).Set(0.5)
+    material = UsdShade.Material(stage.GetPrimAtPath("/World/look"))
+    output = shader.CreateOutput("displacement", Sdf.ValueTypeNames.Token)
+    material.CreateDisplacementOutput().ConnectToSource(output)
+
+
 QUAD = hydrakit.QUAD
 CASES: dict[str, tuple[Case, str]] = {
     "no points": (_mesh([], [4], [0, 1, 2, 3]), "/World/bad: "),
@@ -161,6 +220,18 @@ CASES: dict[str, tuple[Case, str]] = {
         _material(emissiveColor=(math.inf, math.inf, math.inf)),
         "/World/look: its input emissiveColor is inf; 0 is used",
     ),
+    "curves": (_curves, "/World/hair: prims of the type basisCurves are not supported"),
+    "points": (_points, "/World/dust: prims of the type points are not supported"),
+    "volume": (_volume, "/World/smoke: prims of the type volume are not supported"),
+    "portal light": (_portal, "/World/portal: its type of light"),
+    "mesh light": (_mesh_light, "/World/bad: mesh lights are not supported"),
+    "light linking": (_linked("Light"), "/World/lamp: light linking is not supported"),
+    "shadow linking": (_linked("Shadow"), "/World/lamp: shadow linking is not supported"),
+    "light filter": (_filtered, "/World/lamp: light filters are not supported"),
+    "IES profile": (_profiled, "/World/lamp: IES profiles are not supported"),
+    "clipping planes": (_clipped, "/World/camera: clippingPlanes are not supported"),
+    "displacement": (_displaced, "/World/look: its displacement is not supported"),
+    "tile set": (_texture("tiles.<UDIM>.png"), "UDIM"),
     "corrupt dome": (_corrupt_dome, "dome.exr"),
     "light of radius NaN": (_light("radius", NAN), "radius"),
     "light of radius 0": (_light("radius", 0.0), "/World/lamp"),
