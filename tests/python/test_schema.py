@@ -18,7 +18,7 @@ denoise = registry.FindAppliedAPIPrimDefinition("MBFeatDenoiseAPI")
 assert settings and denoise
 assert registry.IsAppliedAPISchema("MBFeatDenoiseAPI")
 names = settings.GetPropertyNames()
-assert "mbfeat:samplesPerPixel" in names and len(names) == 14, names
+assert "mbfeat:samplesPerPixel" in names and len(names) == 15, names
 assert settings.GetAttributeFallbackValue("mbfeat:samplesPerPixel") == 64
 assert "path" in settings.GetPropertyDocumentation("mbfeat:samplesPerPixel")
 allowed = settings.GetPropertyMetadata("mbfeat:pixelFilter", "allowedTokens")
