@@ -52,6 +52,11 @@ class Layout:
         return self.made / "blender"
 
     @property
+    def peers(self) -> Path:
+        """What the benchmark against other renderers makes: their environments, and references."""
+        return self.made / "peers"
+
+    @property
     def downloads(self) -> Path:
         return self.made / "downloads"
 

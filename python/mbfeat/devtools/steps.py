@@ -80,7 +80,11 @@ class SystemPackages(Step):
     def packages(self) -> list[str]:
         listed = (self.layout.devtools / "system-packages.txt").read_text(encoding="utf-8")
         rows = [line.split() for line in listed.splitlines() if line and line[0] != "#"]
-        return [row[0] for row in rows if row[1:] == ([self.command] if self.command else [])]
+        return [
+            package
+            for package, *users in rows
+            if (self.command in users if self.command else not users)
+        ]
 
     def key(self) -> str:
         return digest(*self.packages())
@@ -163,14 +167,7 @@ class VirtualEnvironment(Step):
         # not reliable, and a helper process that outlived a killed ./run may still write there.
         folder = self.layout.made / "venvs" / f"{os.getpid()}-{time.time_ns()}"
         self._remove_others()
-        failure = f"no virtual environment could be made with {base_python()}"
-        self.call([base_python(), "-m", "venv", folder], failure)
-        lines = self.requirements.read_text(encoding="utf-8").splitlines()
-        pip = [line for line in lines if line.startswith("pip==")]
-        failure = "the pinned Python packages could not be installed"
-        self.pip(["install", "--progress-bar", "off", *pip], failure, folder)
-        raw = ["--progress-bar", "raw"]
-        self.pip(["install", "--no-deps", *raw, "-r", self.requirements], failure, folder)
+        self.fill(folder)
         self.pip(["check"], "the pinned Python packages do not fit together", folder)
         link = folder.with_name("link.partial")
         link.unlink(missing_ok=True)
@@ -182,6 +179,17 @@ class VirtualEnvironment(Step):
         for command, module in (("mbfeat", "mbfeat.cli"), ("usdrecord", "mbfeat.usdrecord")):
             script = f'#!/bin/sh\nexec "{self.layout.venv_python}" -P -m {module} "$@"\n'
             write_whole(self.layout.bin / command, script, 0o755)
+
+    def fill(self, folder: Path) -> None:
+        """Makes an environment with the required packages in `folder`."""
+        failure = f"no virtual environment could be made with {base_python()}"
+        self.call([base_python(), "-m", "venv", folder], failure)
+        lines = self.requirements.read_text(encoding="utf-8").splitlines()
+        pip = [line for line in lines if line.startswith("pip==")]
+        failure = "the pinned Python packages could not be installed"
+        self.pip(["install", "--progress-bar", "off", *pip], failure, folder)
+        raw = ["--progress-bar", "raw"]
+        self.pip(["install", "--no-deps", *raw, "-r", self.requirements], failure, folder)
 
     def _remove_others(self) -> None:
         """Removes the environments that .mbfeat/venv does not point to."""
