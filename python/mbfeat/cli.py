@@ -1,8 +1,9 @@
-"""The command ``mbfeat``: tables of settings and AOVs, layouts of files and stages."""
+"""The command ``mbfeat``: tables of settings and AOVs, layouts of files and stages, benchmarks."""
 
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import json
 import sys
 from pathlib import Path
@@ -14,12 +15,13 @@ DIFFERS = 1  # exit code of a check that found a difference
 def main(arguments: list[str] | None = None) -> int:
     """Runs a sub-command; returns its exit code: 0, 1 for errors and differences, 2 for usage."""
     parser = argparse.ArgumentParser(
-        prog="mbfeat", description="Tables, layouts and generated files of the renderer MBFeat."
+        prog="mbfeat", description="Tables, layouts, generated files and benchmarks of MBFeat."
     )
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _add_aovs(commands)
     _add_settings(commands)
     _add_generated(commands)
+    _add_bench(commands)
     options = parser.parse_args(arguments)
     try:
         return int(options.run(options))
@@ -64,6 +66,49 @@ def _add_generated(commands: Any) -> None:
         command.add_argument(
             "--check", action="store_true", help="write nothing; exit with 1 if a file is outdated"
         )
+
+
+def _add_bench(commands: Any) -> None:
+    command = commands.add_parser(
+        "bench",
+        help="measure rate and error on six stages, alone or beside other renderers",
+        description="Measures how many samples a second the renderer makes on six stages, and how "
+        "many of a pixel it needs to a relative mean squared error of 0.01; with --peers beside "
+        "Mitsuba 3 and Cycles, which are downloaded when they are first needed. Works in a "
+        "checkout only.",
+    )
+    command.add_argument(
+        "--peers",
+        nargs="?",
+        const="mitsuba,cycles",
+        metavar="NAMES",
+        help="compare with these (default: mitsuba,cycles)",
+    )
+    command.add_argument("--json", type=Path, metavar="FILE", help="write all numbers there")
+    command.add_argument("--scenes", metavar="NAMES", help="a,b (default: all six)")
+    command.add_argument("--quick", action="store_true", help="small and rough, in some minutes")
+    command.add_argument("--width", type=int, help="of the images, 16:9 (default: 320)")
+    command.add_argument("--bounces", type=int, default=12, help="default: 12")
+    command.add_argument("--threads", type=int, default=2, help="of each renderer (default: 2)")
+    command.add_argument("--rounds", type=int, help="of the rates (default: 5)")
+    command.add_argument("--seconds", type=float, help="of a render for the rate (default: 4)")
+    command.add_argument("--seeds", type=int, help="of the errors (default: 5)")
+    command.add_argument("--max-spp", type=int, help="at most, for the errors (default: 1024)")
+    command.add_argument(
+        "--max-reference-spp", type=int, help="at most, for converged images (default: 8192)"
+    )
+    command.add_argument(
+        "--clock",
+        choices=["wall", "cpu"],
+        default="wall",
+        help="cpu counts CPU seconds, for a machine that others use too (default: wall)",
+    )
+    command.add_argument(
+        "--any-build",
+        action="store_true",
+        help="keep MBFeat's converged images after it was built anew",
+    )
+    command.set_defaults(run=_run_bench)
 
 
 def _run_aovs(options: argparse.Namespace) -> int:
@@ -138,6 +183,19 @@ def _run_stubs(options: argparse.Namespace) -> int:
         return _generated(stubs.outdated() if options.check else stubs.write(), options.check)
     except ImportError:
         return _fail("stubs: this needs nanobind; pip install nanobind")
+
+
+def _run_bench(options: argparse.Namespace) -> int:
+    folder = Path(__file__).resolve().parents[2] / "tests" / "bench"
+    if not (folder / "peers").is_dir() or importlib.util.find_spec("mbfeat.devtools") is None:
+        return _fail(
+            "bench: this is no checkout, and the stages and the other renderers' translations are "
+            "not installed; run ./run mbfeat bench in a checkout"
+        )
+    sys.path.insert(0, str(folder))
+    from peers.command import run
+
+    return run(options)
 
 
 def _generated(files: list[Path], check: bool) -> int:
