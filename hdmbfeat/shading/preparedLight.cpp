@@ -59,14 +59,23 @@ double shapingMean(const ShapingFunction<float>& shaping, bool flat) {
     if (!shaping.isOn()) {
         return 1.0;
     }
+    // Uniform in t = cos^2 or t = (1 + cos) / 2, from the axis at t = 1 to the cone: narrow beams
+    // must not fall between the steps.
+    double range = 1.0;
+    if (shaping.hasCone) {
+        const double cutoff = static_cast<double>(shaping.cutoff);
+        const double sine = flat ? std::sin(std::min(cutoff, 0.5 * kPiExact))
+                                 : std::sin(0.5 * std::min(cutoff, kPiExact));
+        range = sine * sine;
+    }
     constexpr int kSteps = 128;
     double sum = 0.0;
     for (int i = 0; i < kSteps; ++i) {
-        const double t = (i + 0.5) / kSteps;
+        const double t = 1.0 - range * (i + 0.5) / kSteps;
         const double cosine = flat ? std::sqrt(t) : 2.0 * t - 1.0;
         sum += brightness(shaping.evaluate(static_cast<float>(cosine)));
     }
-    return sum / kSteps;
+    return range * sum / kSteps;
 }
 
 double textureMean(const std::shared_ptr<const Image>& image) {

@@ -399,6 +399,19 @@ TEST_CASE("shaping follows the UsdLux formulas") {
     CHECK(sampledIrradiance(sampler, outside, 1000).mean() == 0.0);
 }
 
+TEST_CASE("narrow beams are not lost between the steps of their mean") {
+    for (const LightType type : {LightType::kSphere, LightType::kDisk}) {
+        for (const float degrees : {3.0F, 0.5F}) {
+            Light light = lightAbove(type, 20.0);
+            light.radius = 0.001F;
+            light.shaping.coneAngle = degrees;
+            const LightSampler sampler = committed(light);
+            CHECK(sampler.isActive(0));
+            checkMean(sampledIrradiance(sampler, kFloor, 1000), 2.0 * kPi * 1e-6 / 400.0, 1e-3);
+        }
+    }
+}
+
 TEST_CASE("spheres treated as points keep their irradiance far away") {
     Light light = lightAbove(LightType::kSphere);
     light.treatAsPoint = true;
