@@ -1,32 +1,46 @@
-// Which light to sample. Behind this class so that a choice that looks at the receiver (a light
-// hierarchy) can take its place: every question already carries the receiver.
+// Which light to sample for a receiver. First between the lights at infinity and those in the
+// scene, by the irradiance that either can give at most, then among the former by that too, among
+// the latter by a walk down the light tree.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
-#include "core/distribution.h"
+#include "shading/infiniteLights.h"
+#include "shading/lightTree.h"
 
 namespace mbfeat {
 
-struct LightReceiver;
-
-/// Chooses an entry with probability proportional to its power, wherever the receiver is.
 class LightChoice {
 public:
     LightChoice() = default;
-    explicit LightChoice(const std::vector<double>& power) : table_(power) {}
+    /// Entries are named by their index in the list.
+    explicit LightChoice(std::vector<LightBounds> entries);
 
-    bool empty() const { return table_.size() == 0; }
-    AliasTable::Pick sample(const LightReceiver& /*receiver*/, float u) const {
-        return table_.sample(u);
-    }
-    float probability(std::uint32_t entry, const LightReceiver& /*receiver*/) const {
-        return table_.probability(entry);
-    }
+    bool empty() const { return places_.empty(); }
+
+    struct Pick {
+        std::uint32_t entry = 0;
+        float probability = 0.0F; ///< 0: no light arrives at the receiver
+    };
+    /// u in [0, 1). No entry that lights the receiver has probability zero.
+    Pick sample(const LightReceiver& receiver, float u) const;
+    /// The probability with which sample() picks the entry: the same float.
+    float probability(std::uint32_t entry, const LightReceiver& receiver) const;
+
+    const LightTree& tree() const { return tree_; }
 
 private:
-    AliasTable table_;
+    struct Weights;
+    void weigh(const LightReceiver& receiver, Weights& out) const;
+
+    LightTree tree_;
+    InfiniteLights infinite_;
+    /// Of an entry: its index in the tree, or kInfinite + that among the lights at infinity.
+    std::vector<std::uint32_t> places_;
+    std::vector<std::uint32_t> localEntries_, infiniteEntries_; ///< and back
+
+    static constexpr std::uint32_t kInfinite = 0x80000000U;
 };
 
 } // namespace mbfeat

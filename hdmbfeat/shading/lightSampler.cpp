@@ -5,6 +5,7 @@
 #include <limits>
 #include <string>
 
+#include "shading/lightBounds.h"
 #include "shading/lightChoice.h"
 #include "shading/preparedLight.h"
 
@@ -13,8 +14,6 @@ namespace mbfeat {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-/// No light is chosen less often than this share of the strongest one: weak lights matter nearby.
-constexpr double kWeakestShare = 0.05;
 
 /// A callable for std::visit out of lambdas.
 template <class... Ts>
@@ -140,8 +139,8 @@ struct LightSampler::Impl {
     std::vector<std::uint32_t> lightEntry;            ///< light index to entry of the choice
     std::vector<std::uint32_t> entryLight;            ///< and back; triangles come after these
     std::vector<EmissiveTriangle> triangles;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> triangleOfUser; ///< sorted by userId
-    std::vector<std::uint32_t> shapes, environments;                     ///< light indices
+    std::vector<std::uint32_t> triangleOfUser;       ///< by userId; kNoLight where there is none
+    std::vector<std::uint32_t> shapes, environments; ///< light indices
     LightChoice choice;
 
     void prepare(const std::vector<std::shared_ptr<const Light>>& sources, const Double3& origin,
@@ -158,37 +157,38 @@ struct LightSampler::Impl {
                            [](const auto& light) { return light.has_value(); });
     }
 
-    void buildChoice(float sceneRadius) {
-        const double disc = std::isfinite(sceneRadius) && sceneRadius > 0.0F
-                                ? static_cast<double>(sceneRadius) * sceneRadius
-                                : 1.0;
-        std::vector<double> power;
+    void indexTriangles() {
+        std::size_t end = 0;
+        for (const EmissiveTriangle& t : triangles) {
+            end = std::max(end, std::size_t{t.userId} + 1);
+        }
+        triangleOfUser.assign(end, kNoLight);
+        for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+            triangleOfUser[triangles[i].userId] = i;
+        }
+    }
+
+    void buildChoice() {
+        std::vector<LightBounds> bounds;
+        bounds.reserve(lights.size() + triangles.size());
         lightEntry.assign(lights.size(), kNoLight);
         for (std::uint32_t i = 0; i < lights.size(); ++i) {
             if (!lights[i]) {
                 continue;
             }
-            const PreparedLight& light = *lights[i];
-            const bool distant =
-                light.isEnvironment() || std::holds_alternative<DirectionEmitter>(light.emitter);
             lightEntry[i] = static_cast<std::uint32_t>(entryLight.size());
             entryLight.push_back(i);
-            power.push_back(light.power * (distant ? disc : 1.0));
-            if (light.isShape()) {
+            bounds.push_back(boundsOf(*lights[i]));
+            if (lights[i]->isShape()) {
                 shapes.push_back(i);
-            } else if (light.isEnvironment()) {
+            } else if (lights[i]->isEnvironment()) {
                 environments.push_back(i);
             }
         }
-        if (!power.empty()) {
-            const double floor = kWeakestShare * *std::max_element(power.begin(), power.end());
-            std::for_each(power.begin(), power.end(), [&](double& p) { p = std::max(p, floor); });
-        }
         for (const EmissiveTriangle& t : triangles) {
-            const double area = shapeOf(t).area();
-            power.push_back(kPi * area * luminance(t.radiance) * (t.doubleSided ? 2.0 : 1.0));
+            bounds.push_back(boundsOf(t));
         }
-        choice = LightChoice(power);
+        choice = LightChoice(std::move(bounds));
     }
 };
 
@@ -198,7 +198,7 @@ LightSampler::LightSampler(LightSampler&&) noexcept = default;
 LightSampler& LightSampler::operator=(LightSampler&&) noexcept = default;
 
 void LightSampler::commit(const std::vector<std::shared_ptr<const Light>>& lights,
-                          const Double3& origin, float sceneRadius,
+                          const Double3& origin, float /*sceneRadius*/,
                           std::vector<EmissiveTriangle> triangles, Diagnostics& diagnostics) {
     auto next = std::make_unique<Impl>();
     next->lights.resize(lights.size());
@@ -206,15 +206,12 @@ void LightSampler::commit(const std::vector<std::shared_ptr<const Light>>& light
                                    [](const EmissiveTriangle& t) { return !isUsable(t); }),
                     triangles.end());
     next->triangles = std::move(triangles);
-    for (std::uint32_t i = 0; i < next->triangles.size(); ++i) {
-        next->triangleOfUser.emplace_back(next->triangles[i].userId, i);
-    }
-    std::sort(next->triangleOfUser.begin(), next->triangleOfUser.end());
+    next->indexTriangles();
     next->prepare(lights, origin, diagnostics, false);
     if (!next->anyLight() && next->triangles.empty()) {
         next->prepare(lights, origin, diagnostics, true);
     }
-    next->buildChoice(sceneRadius);
+    next->buildChoice();
     impl_ = std::move(next);
 }
 
@@ -234,14 +231,17 @@ LightSample LightSampler::sample(const LightReceiver& receiver, float uLight, Fl
     if (impl_->choice.empty()) {
         return {};
     }
-    const AliasTable::Pick pick = impl_->choice.sample(receiver, uLight);
+    const LightChoice::Pick pick = impl_->choice.sample(receiver, uLight);
+    if (!(pick.probability > 0.0F)) {
+        return {};
+    }
     LightSample out;
-    if (pick.index < impl_->entryLight.size()) {
-        const std::uint32_t index = impl_->entryLight[pick.index];
+    if (pick.entry < impl_->entryLight.size()) {
+        const std::uint32_t index = impl_->entryLight[pick.entry];
         out = sampleLight(*impl_->lights[index], receiver.p, u);
         out.light = index;
     } else {
-        const EmissiveTriangle& triangle = impl_->triangles[pick.index - impl_->entryLight.size()];
+        const EmissiveTriangle& triangle = impl_->triangles[pick.entry - impl_->entryLight.size()];
         const ShapeSample<float> s = shapeOf(triangle).sample(receiver.p, u);
         out.wi = s.wi;
         out.distance = s.distance;
@@ -267,14 +267,13 @@ LightSample LightSampler::sample(const LightReceiver& receiver, float uLight, Fl
 float LightSampler::pdfTriangle(std::uint32_t userId, const LightReceiver& receiver,
                                 const Float3& hit) const {
     const auto& table = impl_->triangleOfUser;
-    const auto found =
-        std::lower_bound(table.begin(), table.end(), std::make_pair(userId, std::uint32_t{0}));
-    if (found == table.end() || found->first != userId) {
+    const std::uint32_t index = userId < table.size() ? table[userId] : kNoLight;
+    if (index == kNoLight) {
         return 0.0F;
     }
-    const auto entry = static_cast<std::uint32_t>(impl_->entryLight.size() + found->second);
+    const auto entry = static_cast<std::uint32_t>(impl_->entryLight.size()) + index;
     return impl_->choice.probability(entry, receiver) *
-           shapeOf(impl_->triangles[found->second]).pdf(receiver.p, hit);
+           shapeOf(impl_->triangles[index]).pdf(receiver.p, hit);
 }
 
 std::uint32_t LightSampler::shapeCount() const {

@@ -34,8 +34,10 @@ namespace mbfeat {
 struct EmissiveTriangle {
     Float3 p0{0.0F}, p1{0.0F}, p2{0.0F};
     Rgb radiance{0.0F};
-    bool doubleSided = true;  ///< else emits on the side of cross(p1 - p0, p2 - p0) only
-    std::uint32_t userId = 0; ///< the caller's name for it, unique in the list
+    bool doubleSided = true; ///< else emits on the side of cross(p1 - p0, p2 - p0) only
+    /// The caller's name for it, unique in the list. A table up to the largest is kept, so names
+    /// are best small.
+    std::uint32_t userId = 0;
 };
 
 /// The point to be lit. With twoSided light may arrive from both sides of the surface.
@@ -81,9 +83,10 @@ public:
     LightSampler& operator=(LightSampler&&) noexcept;
 
     /// Takes over lights and triangles. `origin` is the world point that render space is relative
-    /// to; `sceneRadius` bounds the geometry around its centre and only weighs environments
-    /// against local lights. Lights that cannot light (no area, black, not finite) are dropped
-    /// with one message each. Camera lights stay only where nothing else lights.
+    /// to. `sceneRadius` bounds the geometry around its centre; it is not used since environments
+    /// are weighed against local lights at the receiver. Lights that cannot light (no area, black,
+    /// not finite) are dropped with one message each. Camera lights stay only where nothing else
+    /// lights.
     void commit(const std::vector<std::shared_ptr<const Light>>& lights, const Double3& origin,
                 float sceneRadius, std::vector<EmissiveTriangle> triangles,
                 Diagnostics& diagnostics);

@@ -123,7 +123,8 @@ public:
                               ? ShapingFunction<float>(light_.shaping)
                               : ShapingFunction<float>();
         const bool flat = light_.type == LightType::kRect || light_.type == LightType::kDisk;
-        result_.power *= shapingMean(result_.shaping, flat);
+        result_.shapedShare = shapingMean(result_.shaping, flat);
+        result_.power *= result_.shapedShare;
         result_.axis = Float3(axes_.minusZ);
         result_.diffuse = light_.diffuse;
         result_.specular = light_.specular;

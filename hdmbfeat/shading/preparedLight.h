@@ -63,6 +63,7 @@ struct PreparedLight {
     bool visibleToCamera = true;
     /// Flux of a local light; for an environment its flux through a unit disc, times pi.
     double power = 0.0;
+    double shapedShare = 1.0; ///< of the power, what shaping lets out; included in it
 
     bool isDelta() const {
         return std::holds_alternative<PointEmitter>(emitter) ||

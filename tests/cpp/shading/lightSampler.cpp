@@ -520,7 +520,7 @@ TEST_CASE("the pdf of a sample is the pdf that a ray in its direction finds, for
         }
     }
     for (const int c : count) {
-        CHECK(c > 50);
+        CHECK(c > 20);
     }
     const Statistics sampled = sampledIrradiance(sampler), hit = hitIrradiance(sampler);
     const double error = std::hypot(sampled.standardError(), hit.standardError());

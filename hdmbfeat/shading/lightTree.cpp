@@ -1,0 +1,92 @@
+#include "shading/lightTree.h"
+
+#include <cmath>
+
+#include "shading/lightImportance.h"
+
+namespace mbfeat {
+
+namespace {
+
+constexpr int kWidth = LightTreeNode::kWidth;
+
+using Lanes = ClusterBatch;
+constexpr int kLanes = LaneTraits<Lanes>::kWidth;
+
+Lanes load(const float* p) {
+    return Lanes::load_aligned(p);
+}
+
+ClusterLanes<Lanes> clusters(const LightTreeNode& node, int i) {
+    return {{load(node.centerX + i), load(node.centerY + i), load(node.centerZ + i)},
+            load(node.radius + i),
+            {load(node.axisX + i), load(node.axisY + i), load(node.axisZ + i)},
+            load(node.cosSpread + i),
+            load(node.sinSpread + i),
+            load(node.cosFalloff + i),
+            load(node.strength + i)};
+}
+
+} // namespace
+
+void LightTree::weigh(const LightTreeNode& node, const LightReceiver& receiver,
+                      LightWeights& out) const {
+    for (int i = 0; i < kWidth; i += kLanes) {
+        importance(clusters(node, i), receiver.p, receiver.n, receiver.twoSided, leastInverse_)
+            .store_aligned(out.weight + i);
+    }
+    out.sum();
+}
+
+/// Below the root one child has to be taken: bounds of children may show that none of the light
+/// which the parent's bounds allow for arrives.
+void LightTree::weighInner(const LightTreeNode& node, const LightReceiver& receiver,
+                           LightWeights& out) const {
+    weigh(node, receiver, out);
+    if (!out.any()) {
+        for (int i = 0; i < kWidth; ++i) {
+            out.weight[i] = std::abs(node.strength[i]);
+        }
+        out.sum();
+    }
+}
+
+LightTree::Pick LightTree::sample(const LightReceiver& receiver, const LightWeights& root,
+                                  double u) const {
+    int lane = root.choose(u);
+    float probability = root.probability(lane);
+    std::uint32_t child = nodes_.front().child[lane];
+    LightWeights weights;
+    while (child < LightTreeNode::kLeaf) {
+        const LightTreeNode& node = nodes_[child];
+        weighInner(node, receiver, weights);
+        lane = weights.choose(u);
+        probability *= weights.probability(lane);
+        child = node.child[lane];
+    }
+    return {child - LightTreeNode::kLeaf, probability};
+}
+
+float LightTree::probability(std::uint32_t entry, const LightReceiver& receiver,
+                             const LightWeights& root) const {
+    std::uint64_t trail = trails_[entry];
+    const auto next = [&] {
+        const int lane = static_cast<int>(trail % kWidth);
+        trail /= kWidth;
+        return lane;
+    };
+    int lane = next();
+    float probability = root.probability(lane);
+    std::uint32_t child = nodes_.front().child[lane];
+    LightWeights weights;
+    while (child < LightTreeNode::kLeaf) {
+        const LightTreeNode& node = nodes_[child];
+        weighInner(node, receiver, weights);
+        lane = next();
+        probability *= weights.probability(lane);
+        child = node.child[lane];
+    }
+    return probability;
+}
+
+} // namespace mbfeat
