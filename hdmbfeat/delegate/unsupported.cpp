@@ -43,7 +43,9 @@ UnsupportedRprim::UnsupportedRprim(const TfToken& typeId, const SdfPath& id, Ren
       param_(param),
       messages_(param.diagnostics()) {}
 
-UnsupportedRprim::~UnsupportedRprim() = default;
+UnsupportedRprim::~UnsupportedRprim() {
+    param_.acquireSceneForEdit(); // what it said is withdrawn, which a refused job waits for
+}
 
 HdDirtyBits UnsupportedRprim::GetInitialDirtyBitsMask() const {
     return HdChangeTracker::Clean | HdChangeTracker::InitRepr | HdChangeTracker::DirtyVisibility |
@@ -87,7 +89,9 @@ UnsupportedSprim::UnsupportedSprim(const TfToken& typeId, const SdfPath& id, Ren
       param_(param),
       messages_(param.diagnostics()) {}
 
-UnsupportedSprim::~UnsupportedSprim() = default;
+UnsupportedSprim::~UnsupportedSprim() {
+    param_.acquireSceneForEdit();
+}
 
 HdDirtyBits UnsupportedSprim::GetInitialDirtyBitsMask() const {
     return HdLight::AllDirty;

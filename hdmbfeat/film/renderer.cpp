@@ -233,10 +233,14 @@ struct Renderer::Impl {
 
     void renderPass(const RenderView& view, int first, int samples) {
         const PixelRect& rect = view.film->window().data;
+        // A batch shows when it is whole: the first ones of a viewer are small.
+        constexpr int kFirstBatch = 1024;
+        const int capacity = workers.front().tracer->capacity();
+        const int batch =
+            job.interactive && first == 0 ? std::min(kFirstBatch, capacity) : capacity;
         const int side = job.options.tileSize > 0
                              ? job.options.tileSize
-                             : fittedTile(rect, samples, workers.front().tracer->capacity(),
-                                          pool->threadCount());
+                             : fittedTile(rect, samples, batch, pool->threadCount());
         const std::vector<Tile> tiles = makeTiles(rect, side);
         pool->run(0, static_cast<std::int64_t>(tiles.size()), 1, &stopping,
                   [&](std::int64_t index, int thread) {

@@ -76,7 +76,8 @@ public:
     /// False while a job other than that one (null: any job) runs. Who shares the renderer and
     /// starts a job only then gets a turn, and lets the others finish theirs.
     bool isFreeFor(const JobState* job) const;
-    /// Stops after at most a few milliseconds; the films keep what they have. No finish call.
+    /// Stops at the next vertex of the batches that are traced, within some tens of milliseconds;
+    /// the films keep what they have, without those batches. No finish call.
     void stop();
     void pause();
     void resume();

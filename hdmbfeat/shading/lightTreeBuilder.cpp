@@ -120,7 +120,9 @@ LightTreeBuilder::LightTreeBuilder(const std::vector<LightBounds>& entries, Ligh
         all.add(entries[i].box);
         strength_ += entries[i].strength;
     }
-    size_ = clamp(all.radius(), 1e-15F, 1e15F);
+    // Only ratios to it count; lights at one point have no size of their own.
+    const float radius = all.radius();
+    size_ = radius > 0.0F ? clamp(radius, 1e-15F, 1e15F) : 1.0F;
 }
 
 void LightTreeBuilder::build() {

@@ -72,8 +72,7 @@ def test_bits_are_the_same_for_any_threads_and_tiles(scene: str, tmp_path: Path)
 def test_bits_are_the_same_for_every_kernel(scene: str, tmp_path: Path) -> None:
     """Scalar code and SIMD lanes of every width; the last is what this processor has widest."""
     images = [
-        rendered(scene, tmp_path / kernel, kernel=kernel)
-        for kernel in ("scalar", "avx2", "avx512")
+        rendered(scene, tmp_path / kernel, kernel=kernel) for kernel in ("scalar", "avx2", "avx512")
     ]
     assert different(images[0], images[1]) == []
     assert different(images[0], images[2]) == []

@@ -12,13 +12,6 @@ namespace mbfeat {
 /// Cut-out surfaces passed on one segment before the path is given up.
 inline constexpr int kMaxPasses = 256;
 
-/// Further numbers for surfaces behind the first cut-out of a segment: rotations of the sampler's
-/// number by the golden ratio stay uniform and keep its stratification.
-inline float rotated(float u, int pass) {
-    const float x = u + static_cast<float>(pass) * 0.61803398875F;
-    return min(x - floor(x), kOneMinusEpsilon);
-}
-
 /// Rays of packets of `N`, and one at a time where there are fewer lanes than a packet has.
 template <class T>
 class TraceStage {
@@ -171,7 +164,7 @@ private:
         float tFar = vertex == 0 ? s_.paths.plane(kFar)[slot] : kInfinity;
         float distance = 0.0F;
         float u = -1.0F;
-        for (int passed = 0; passed < kMaxPasses; ++passed) {
+        for (int passes = 0; passes < kMaxPasses; ++passes) {
             if (hit.kind == RayHit::Kind::kNone) {
                 return distance;
             }
@@ -193,9 +186,11 @@ private:
                 if (u < 0.0F) {
                     u = s_.samplerOf(slot).get1D(vertexDimension(vertex) + kDimCutout);
                 }
-                if (opacity >= 1.0F || rotated(u, passed) < opacity) {
+                if (opacity >= 1.0F || u < opacity) {
                     return distance + hit.t;
                 }
+                // What is left of the number, uniform again, decides the next surface.
+                u = min((u - opacity) / (1.0F - opacity), kOneMinusEpsilon);
                 const SurfacePoint point = surfacePoint(geometry, hit);
                 origin = offsetRayOrigin(point.p, point.pError, point.ng, direction);
             }

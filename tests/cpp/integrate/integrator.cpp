@@ -239,6 +239,21 @@ TEST_CASE("presence lets its share of the background through, for the camera and
     CHECK(meanOf(*film, "color") == doctest::Approx(0.7).epsilon(0.02));
     CHECK(meanOf(*film, "alpha") == doctest::Approx(0.3).epsilon(0.04));
 
+    // One behind another each lets its share of what reaches it through.
+    for (const int layers : {2, 3}) {
+        CAPTURE(layers);
+        TestScene stack;
+        for (int i = 0; i < layers; ++i) {
+            stack.add("/Veil" + std::to_string(i),
+                      quadMesh({-5, -5, -0.2F * static_cast<float>(i)}, {10, 0, 0}, {0, 10, 0}),
+                      veil);
+        }
+        stack.addSky(Rgb(1.0F));
+        const auto seen =
+            render(stack.scene, testCamera({0, 0, 2}, 0.5F), 16, 16, {"color"}, exactOptions(64));
+        CHECK(meanOf(*seen, "color") == doctest::Approx(std::pow(0.7, layers)).epsilon(0.03));
+    }
+
     TestScene shadow;
     shadow.add("/Floor", quadMesh({-5, -5, -1}, {10, 0, 0}, {0, 10, 0}),
                constantMaterial("/M/Floor", Rgb(1.0F)));

@@ -171,6 +171,15 @@ TEST_CASE("lights at infinity and lights in the scene share the samples") {
     // Where the lamp shows its back, the sky has all.
     CHECK(two.probability(0, {{0.0F, 0.0F, 2.0F}, up, false}) == 0.0F);
     CHECK(two.probability(1, {{0.0F, 0.0F, 2.0F}, up, false}) == 1.0F);
+    // A lamp without extent, which leaves the tree no size, is no different.
+    LightBounds point;
+    point.box.add(Float3(0.0F, 0.0F, 1.0F));
+    point.spread = kPi;
+    point.falloff = 0.5F * kPi;
+    point.strength = 1.0;
+    const LightChoice bulb({point, distantLight({0.0F, 0.0F, 1.0F}, 180.0F, 0.1)});
+    CHECK(bulb.probability(0, {{0.0F, 0.0F, 0.5F}, up, false}) == doctest::Approx(0.9));
+    CHECK(bulb.probability(0, {{0.0F, 0.0F, -300.0F}, up, false}) == doctest::Approx(0.1));
 }
 
 TEST_CASE("distant lights below the horizon of a receiver are left out") {
