@@ -31,6 +31,7 @@ std::size_t shardOfThread() {
 /// Paths of a batch. Small ones stay in the second-level cache; where the acceleration structure
 /// does not, large ones give the sorting of rays something to sort.
 constexpr int kSmallBatch = 4096;
+constexpr int kRecordedBatch = 1024; ///< of small scenes when records are whole: 700 bytes a path
 constexpr int kLargeBatch = 32768;
 constexpr std::size_t kLargeScene = 100000;
 
@@ -176,7 +177,8 @@ std::unique_ptr<PathWorker> Integrator::makeWorker() const {
     const bool large = m.accel.triangleCount() + m.accel.instanceCount() >= kLargeScene;
     const bool allPlanes =
         (m.request.recordFlags & kPathRecordFlags) != 0 || m.lightsHaveMultipliers;
-    return makePathWorker(m.request.options.kernel, large ? kLargeBatch : kSmallBatch, allPlanes);
+    const int small = m.request.recordFlags == kRecordColor ? kSmallBatch : kRecordedBatch;
+    return makePathWorker(m.request.options.kernel, large ? kLargeBatch : small, allPlanes);
 }
 
 bool Integrator::trace(PathWorker& worker, const PixelSample* samples, int count,
