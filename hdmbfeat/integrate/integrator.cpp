@@ -38,16 +38,20 @@ constexpr std::size_t kLargeScene = 100000;
 /// Only this many bad samples are logged one by one; all are counted.
 constexpr int kLoggedNonFinite = 8;
 
+/// Looks at what is recorded; the rest of a record may be left from another path.
 bool finiteRecord(const PathRecord& record, std::uint32_t recordFlags) {
     bool finite = isFinite(record.radiance);
-    if (recordFlags == kRecordColor) {
-        return finite;
+    if ((recordFlags & kRecordContributions) != 0) {
+        finite = finite && isFinite(record.emission) && isFinite(record.tail);
+        for (const Rgb& contribution : record.contributions) {
+            finite = finite && isFinite(contribution);
+        }
     }
-    finite = finite && isFinite(record.emission) && isFinite(record.tail);
-    for (int k = 0; k < kFeatureVertices; ++k) {
-        finite = finite && isFinite(record.contributions[k]) &&
-                 isFinite(record.features[k].albedo) && isFinite(record.features[k].normal) &&
-                 isFinite(record.features[k].direct);
+    if ((recordFlags & kRecordFeatures) != 0) {
+        for (int k = 0; k < record.vertexCount; ++k) {
+            finite = finite && isFinite(record.features[k].albedo) &&
+                     isFinite(record.features[k].normal) && isFinite(record.features[k].direct);
+        }
     }
     return finite;
 }
@@ -57,7 +61,7 @@ void scaleExposure(PathRecord& record, float scale, std::uint32_t recordFlags) {
         return;
     }
     record.radiance *= scale;
-    if (recordFlags == kRecordColor) {
+    if ((recordFlags & kRecordContributions) == 0) {
         return;
     }
     record.emission *= scale;

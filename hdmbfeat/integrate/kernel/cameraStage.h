@@ -1,6 +1,9 @@
 // The stages at the camera: where paths start, and what a record says of the camera ray's hit.
 #pragma once
 
+#include <algorithm>
+#include <iterator>
+
 #include "integrate/kernel/kernelState.h"
 #include "integrate/surfacePoint.h"
 
@@ -38,15 +41,18 @@ public:
         for (int i = 0; i < count; ++i) {
             PathRecord& record = s_.records[static_cast<std::size_t>(i)];
             record.alpha = 1.0F;
-            record.distance = s_.paths.plane(kDistance)[i];
         }
         for (const std::int32_t slot : s_.misses) {
-            PathRecord& record = s_.records[static_cast<std::size_t>(slot)];
-            record.alpha = 0.0F;
-            record.distance = 0.0F;
+            s_.records[static_cast<std::size_t>(slot)].alpha = 0.0F;
         }
         if (!recordsFirstHit()) {
             return;
+        }
+        for (int i = 0; i < count; ++i) {
+            s_.records[static_cast<std::size_t>(i)].distance = s_.paths.plane(kDistance)[i];
+        }
+        for (const std::int32_t slot : s_.misses) {
+            s_.records[static_cast<std::size_t>(slot)].distance = 0.0F;
         }
         for (const std::int32_t slot : s_.lights) {
             recordDepth(slot);
@@ -69,14 +75,45 @@ public:
     }
 
 private:
+    /// Only what somebody reads: to write the rest would be most of the work of recording.
     void reset(PathRecord& record) const {
-        if (context_.recordFlags != kRecordColor) {
-            record = PathRecord{};
-            return;
-        }
-        // Nobody reads the rest, and to write it would be most of the work.
+        const std::uint32_t flags = context_.recordFlags;
         record.radiance = Rgb(0.0F);
         record.nonFinite = false;
+        if (flags == kRecordColor) {
+            return;
+        }
+        record.vertexCount = 0;
+        if ((flags & kRecordFeatures) != 0) {
+            std::fill(std::begin(record.features), std::end(record.features), VertexFeatures());
+        }
+        if ((flags & kRecordContributions) != 0) {
+            record.emission = Rgb(0.0F);
+            std::fill(std::begin(record.contributions), std::end(record.contributions), Rgb(0.0F));
+            record.tail = Rgb(0.0F);
+        }
+        constexpr std::uint32_t kOthers =
+            ~static_cast<std::uint32_t>(kRecordFeatures | kRecordContributions);
+        if ((flags & kOthers) != 0) {
+            resetOthers(record);
+        }
+    }
+
+    static void resetOthers(PathRecord& record) {
+        const PathRecord fresh;
+        std::copy(std::begin(fresh.extended), std::end(fresh.extended), record.extended);
+        record.nonDeltaAlbedo = fresh.nonDeltaAlbedo;
+        record.nonDeltaNormal = fresh.nonDeltaNormal;
+        record.nonDeltaDepth = fresh.nonDeltaDepth;
+        record.nonDeltaTint = fresh.nonDeltaTint;
+        record.primId = fresh.primId;
+        record.instanceId = fresh.instanceId;
+        record.elementId = fresh.elementId;
+        record.depth = fresh.depth;
+        record.cameraDepth = fresh.cameraDepth;
+        record.normal = fresh.normal;
+        record.eyeNormal = fresh.eyeNormal;
+        std::copy(std::begin(fresh.primvars), std::end(fresh.primvars), record.primvars);
     }
 
     void startPath(int slot, const SamplerKey& key, const CameraRay& ray) {

@@ -161,6 +161,9 @@ struct KernelState {
     void addContributionOf(int slot, int vertex, const Rgb& value) {
         PathRecord& record = records[static_cast<std::size_t>(slot)];
         record.radiance += value;
+        if ((context->recordFlags & kRecordContributions) == 0) {
+            return;
+        }
         if (vertex < 0) {
             record.emission += value;
         } else if (vertex < kFeatureVertices) {

@@ -51,7 +51,9 @@ private:
         addEmission(g, vertex, hits, parameters, v, throughput);
         const bool scatters = vertex < context_.options.maxBounces;
         const Mask<T> lightable = v.bsdf.hasNonDelta();
-        if (vertex == 0 && context_.recordFlags != kRecordColor) {
+        constexpr auto kNormalReaders =
+            static_cast<std::uint32_t>(kRecordFirstHit | kRecordPrimvars);
+        if (vertex == 0 && (context_.recordFlags & kNormalReaders) != 0) {
             s_.setRecord3(MBFEAT_RECORD_FIELD(normal), g.to, v.frame.n);
         }
         if constexpr (Record) {
