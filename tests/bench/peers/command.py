@@ -48,6 +48,9 @@ class UsageError(Exception):
 def run(options: argparse.Namespace) -> int:
     """Measures as the options of the command line say; returns the exit code."""
     layout = this_layout()
+    if "MBFEAT_BUILD_DIR" not in os.environ:
+        sys.stderr.write("mbfeat: bench: start it with ./run mbfeat bench, which sets it up\n")
+        return 1
     try:
         names = _chosen(options.scenes, stages.NAMES, "scene")
         peers = _chosen(options.peers, tuple(peer_steps.PEERS), "peer") if options.peers else []
