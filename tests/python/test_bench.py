@@ -103,8 +103,8 @@ def test_difference_of_images_averages_noise() -> None:
 
 def test_references_are_kept_and_extended(tmp_path: Path) -> None:
     store = ReferenceStore(tmp_path / "references")
-    path = store.path("room", "mbfeat", "key")
-    assert path != store.path("room", "mbfeat", "other key")
+    path = store.path("room", "mbfeat", "320x180x12", "key")
+    assert path != store.path("room", "mbfeat", "320x180x12", "other key")
     reference = store.load(path, TRUTH.shape[:2])
     assert (reference.spp, reference.chunks) == (0, 0)
     for seed in range(3):
@@ -117,6 +117,17 @@ def test_references_are_kept_and_extended(tmp_path: Path) -> None:
     assert again.next_seed == reference.next_seed
     path.write_bytes(b"damaged")
     assert store.load(path, TRUTH.shape[:2]).spp == 0
+
+
+def test_a_reference_takes_the_place_of_one_of_an_older_build(tmp_path: Path) -> None:
+    store = ReferenceStore(tmp_path)
+    sizes = ["320x180x12", "128x72x12"]
+    for size in sizes:
+        store.save(store.path("room", "mbfeat", size, "old"), store.load(Path("none"), (2, 2)))
+    newer = store.path("room", "mbfeat", sizes[0], "new")
+    store.save(newer, store.load(Path("none"), (2, 2)))
+    kept = {store.path("room", "mbfeat", sizes[1], "old"), newer}
+    assert set(tmp_path.iterdir()) == kept
 
 
 # ---- tables

@@ -191,9 +191,9 @@ class SceneMeasurement:
         version = result.version
         if settings.any_build:
             version = version.partition(BUILD)[0]
-        size = ":".join(map(str, (job.width, job.height, job.bounces)))
+        size = f"{job.width}x{job.height}x{job.bounces}"
         translation = (Path(__file__).parent / TRANSLATIONS[name]).read_bytes()
-        path = self._store.path(self._files.name, name, self._files.key, version, size, translation)
+        path = self._store.path(self._files.name, name, size, self._files.key, version, translation)
         reference = self._store.load(path, (job.height, job.width))
         while reference.spp < needed or reference.chunks < 2:
             self._tell(f"reference of {name}, {reference.spp} of {needed:.0f} samples a pixel")

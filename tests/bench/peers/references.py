@@ -59,9 +59,9 @@ class ReferenceStore:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
-    def path(self, scene: str, renderer: str, *parts: str | bytes) -> Path:
+    def path(self, scene: str, renderer: str, size: str, *parts: str | bytes) -> Path:
         """The file of a reference, keyed by all that its image depends on."""
-        return self._folder / f"{scene}-{renderer}-{digest(*parts)}.npz"
+        return self._folder / f"{scene}-{renderer}-{size}-{digest(*parts)}.npz"
 
     def load(self, path: Path, shape: tuple[int, int]) -> Reference:
         """What is kept there, or an empty reference of [height, width] pixels."""
@@ -74,9 +74,12 @@ class ReferenceStore:
         return Reference(sums, list(about["samples"]), about["chunks"])
 
     def save(self, path: Path, reference: Reference) -> None:
-        """Writes it whole or not at all."""
+        """Writes it whole or not at all; it takes the place of those that differ in key alone."""
         self._folder.mkdir(parents=True, exist_ok=True)
         partial = path.with_name(f"{path.stem}.{os.getpid()}.partial.npz")
         about = json.dumps({"samples": reference.samples, "chunks": reference.chunks})
         np.savez(partial, sums=reference.sums, about=np.array(about))
         partial.replace(path)
+        for old in self._folder.glob(f"{path.stem.rpartition('-')[0]}-*.npz"):
+            if old != path and ".partial" not in old.name:
+                old.unlink(missing_ok=True)
