@@ -389,17 +389,21 @@ TEST_CASE_FIXTURE(Fixture, "unknown colour spaces are reported, and the values a
 TEST_CASE_FIXTURE(Fixture, "missing, empty and foreign files give null and one message") {
     writeText(folder.file("empty.png"), "");
     writeText(folder.file("text.png"), "This is not an image, only its name says so.");
-    const std::pair<const char*, const char*> cases[] = {{"missing.png", "No such file"},
-                                                         {"empty.png", "is empty"},
-                                                         {"text.png", "is not a PNG, JPEG"},
-                                                         {"tiles.<UDIM>.png", "UDIM"},
-                                                         {".", "is not a file"}};
-    for (const auto& [name, text] : cases) {
+    struct Case {
+        const char* name;
+        const char* text;
+    };
+    const Case cases[] = {{"missing.png", "No such file"},
+                          {"empty.png", "is empty"},
+                          {"text.png", "is not a PNG, JPEG"},
+                          {"tiles.<UDIM>.png", "UDIM"},
+                          {".", "is not a file"}};
+    for (const Case& one : cases) {
         diagnostics.clear();
-        CHECK(load(name) == nullptr);
-        CHECK(load(name) == nullptr);
-        CHECK_MESSAGE(message(name).find(text) != std::string::npos, message(name));
-        CHECK(message(name).find("fallback value is used") != std::string::npos);
+        CHECK(load(one.name) == nullptr);
+        CHECK(load(one.name) == nullptr);
+        CHECK_MESSAGE(message(one.name).find(one.text) != std::string::npos, message(one.name));
+        CHECK(message(one.name).find("fallback value is used") != std::string::npos);
     }
 }
 
