@@ -179,10 +179,10 @@ Status Integrator::setView(const Camera& camera, const ImageWindow& window,
 std::unique_ptr<PathWorker> Integrator::makeWorker() const {
     const Impl& m = *impl_;
     const bool large = m.accel.triangleCount() + m.accel.instanceCount() >= kLargeScene;
-    const bool allPlanes =
+    const bool allFields =
         (m.request.recordFlags & kPathRecordFlags) != 0 || m.lightsHaveMultipliers;
     const int small = m.request.recordFlags == kRecordColor ? kSmallBatch : kRecordedBatch;
-    return makePathWorker(m.request.options.kernel, large ? kLargeBatch : small, allPlanes);
+    return makePathWorker(m.request.options.kernel, large ? kLargeBatch : small, allFields);
 }
 
 bool Integrator::trace(PathWorker& worker, const PixelSample* samples, int count,

@@ -6,7 +6,7 @@ namespace mbfeat {
 
 namespace {
 
-using Factory = PathWorker* (*)(int capacity, bool allPlanes);
+using Factory = PathWorker* (*)(int capacity, bool allFields);
 
 /// Folder of the library that this code lies in.
 std::string libraryFolder() {
@@ -61,17 +61,17 @@ const char* kernelName(Kernel kernel) {
     return "auto";
 }
 
-std::unique_ptr<PathWorker> makePathWorker(Kernel kernel, int capacity, bool allPlanes) {
+std::unique_ptr<PathWorker> makePathWorker(Kernel kernel, int capacity, bool allFields) {
     switch (chooseKernel(kernel)) {
     case Kernel::kScalar:
-        return std::unique_ptr<PathWorker>(makeScalarWorker(capacity, allPlanes));
+        return std::unique_ptr<PathWorker>(makeScalarWorker(capacity, allFields));
     case Kernel::kAvx512:
-        return std::unique_ptr<PathWorker>(wideFactory()(capacity, allPlanes));
+        return std::unique_ptr<PathWorker>(wideFactory()(capacity, allFields));
     case Kernel::kAvx2:
     case Kernel::kAuto:
         break;
     }
-    return std::unique_ptr<PathWorker>(makeLanesWorker(capacity, allPlanes));
+    return std::unique_ptr<PathWorker>(makeLanesWorker(capacity, allFields));
 }
 
 } // namespace mbfeat

@@ -15,13 +15,13 @@ Kernel chooseKernel(Kernel wanted);
 /// "scalar", "avx2" or "avx512".
 const char* kernelName(Kernel kernel);
 
-/// A worker for batches of up to `capacity` paths. `allPlanes`: paths are recorded, or lights have
+/// A worker for batches of up to `capacity` paths. `allFields`: paths are recorded, or lights have
 /// multipliers. `kernel` is an answer of chooseKernel().
-std::unique_ptr<PathWorker> makePathWorker(Kernel kernel, int capacity, bool allPlanes);
+std::unique_ptr<PathWorker> makePathWorker(Kernel kernel, int capacity, bool allFields);
 
-PathWorker* makeScalarWorker(int capacity, bool allPlanes);
+PathWorker* makeScalarWorker(int capacity, bool allFields);
 
 } // namespace mbfeat
 
 /// The SIMD kernel of the library's own instruction set; the caller owns the worker.
-extern "C" mbfeat::PathWorker* makeLanesWorker(int capacity, bool allPlanes);
+extern "C" mbfeat::PathWorker* makeLanesWorker(int capacity, bool allFields);

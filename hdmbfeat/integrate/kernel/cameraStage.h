@@ -49,7 +49,7 @@ public:
             return;
         }
         for (int i = 0; i < count; ++i) {
-            s_.records[static_cast<std::size_t>(i)].distance = s_.paths.plane(kDistance)[i];
+            s_.records[static_cast<std::size_t>(i)].distance = s_.paths.value(kDistance, i);
         }
         for (const std::int32_t slot : s_.misses) {
             s_.records[static_cast<std::size_t>(slot)].distance = 0.0F;
@@ -118,22 +118,22 @@ private:
 
     void startPath(int slot, const SamplerKey& key, const CameraRay& ray) {
         PathStream& paths = s_.paths;
-        paths.ints(kKeyLow)[slot] = static_cast<std::int32_t>(key.low);
-        paths.ints(kKeyHigh)[slot] = static_cast<std::int32_t>(key.high);
-        paths.ints(kKeyIndex)[slot] = static_cast<std::int32_t>(key.index);
-        paths.ints(kFlags)[slot] = kFlagDelta | kFlagTwoSided;
         paths.set3(kOrigin, slot, ray.origin);
+        paths.value(kNear, slot) = ray.tNear;
         paths.set3(kDirection, slot, ray.direction);
-        paths.plane(kNear)[slot] = ray.tNear;
-        paths.plane(kFar)[slot] = ray.tFar;
+        paths.value(kFar, slot) = ray.tFar;
         paths.set3(kThroughput, slot, Rgb(1.0F));
-        paths.plane(kEtaScale)[slot] = 1.0F;
-        paths.plane(kBsdfPdf)[slot] = 0.0F;
+        paths.value(kEtaScale, slot) = 1.0F;
         paths.set3(kReceiverP, slot, ray.origin);
+        paths.value(kBsdfPdf, slot) = 0.0F;
         paths.set3(kReceiverN, slot, LightReceiver().n);
-        if ((context_.recordFlags & kPathRecordFlags) != 0) {
-            paths.plane(kPathLength)[slot] = 0.0F;
+        paths.integer(kKeyLow, slot) = static_cast<std::int32_t>(key.low);
+        paths.integer(kKeyHigh, slot) = static_cast<std::int32_t>(key.high);
+        paths.integer(kKeyIndex, slot) = static_cast<std::int32_t>(key.index);
+        paths.integer(kFlags, slot) = kFlagDelta | kFlagTwoSided;
+        if ((context_.recordFlags & kRecordFirstNonDelta) != 0) {
             paths.set3(kTint, slot, Rgb(1.0F));
+            paths.value(kPathLength, slot) = 0.0F;
         }
         s_.active.push_back(slot);
     }

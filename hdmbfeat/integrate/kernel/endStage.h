@@ -8,7 +8,7 @@ namespace mbfeat {
 /// Writes the first-non-delta features of a path that has none yet.
 template <class T>
 void recordFirstNonDelta(KernelState<T>& s, int slot, const Rgb& albedo, const Float3& normal) {
-    std::int32_t& flags = s.paths.ints(kFlags)[slot];
+    std::int32_t& flags = s.paths.integer(kFlags, slot);
     if ((flags & kFlagNonDelta) != 0) {
         return;
     }
@@ -16,7 +16,7 @@ void recordFirstNonDelta(KernelState<T>& s, int slot, const Rgb& albedo, const F
     PathRecord& record = s.records[static_cast<std::size_t>(slot)];
     record.nonDeltaAlbedo = albedo;
     record.nonDeltaNormal = normal;
-    record.nonDeltaDepth = s.paths.plane(kPathLength)[slot] + s.paths.plane(kDistance)[slot];
+    record.nonDeltaDepth = s.paths.value(kPathLength, slot) + s.paths.value(kDistance, slot);
     record.nonDeltaTint = s.paths.get3(kTint, slot);
 }
 
@@ -29,10 +29,10 @@ public:
     template <bool Record>
     void lights(int vertex) {
         for (const std::int32_t slot : s_.lights) {
-            const auto light = static_cast<std::uint32_t>(s_.paths.ints(kHitTriangle)[slot]);
+            const auto light = static_cast<std::uint32_t>(s_.paths.integer(kHitTriangle, slot));
             const Float3 direction = s_.paths.get3(kDirection, slot);
             const LightHit seen = lights_.evaluateHit(light, s_.receiver(slot), direction,
-                                                      s_.paths.plane(kDistance)[slot]);
+                                                      s_.paths.value(kDistance, slot));
             const float weight = mis(vertex, slot, light, seen.pdf);
             s_.addEmitted(vertex, slot,
                           throughput(slot) * multiplier(vertex, slot, light) * seen.radiance *
@@ -73,7 +73,7 @@ public:
 
 private:
     Rgb throughput(int slot) const { return s_.paths.get3(kThroughput, slot); }
-    bool isDelta(int slot) const { return (s_.paths.ints(kFlags)[slot] & kFlagDelta) != 0; }
+    bool isDelta(int slot) const { return (s_.paths.integer(kFlags, slot) & kFlagDelta) != 0; }
     /// Weight of light that a segment met, against that of sampling the light. A light without
     /// shadows lights what it is hidden from too, which scattering cannot find: all that sampling
     /// can find is left to sampling.
@@ -84,7 +84,7 @@ private:
         if (lightPdf > 0.0F && !lights_.castsShadows(light)) {
             return 0.0F;
         }
-        return misWeight(s_.paths.plane(kBsdfPdf)[slot], lightPdf);
+        return misWeight(s_.paths.value(kBsdfPdf, slot), lightPdf);
     }
     /// A light's own multipliers, for what the segment's scattering makes of it.
     Rgb multiplier(int vertex, int slot, std::uint32_t light) const {
@@ -107,10 +107,15 @@ private:
         PathRecord& record = s_.records[static_cast<std::size_t>(slot)];
         record.vertexCount = vertex + 1;
         record.features[vertex] = {base, normal, Rgb(0.0F)};
-        record.extended[vertex].distance = s_.paths.plane(kDistance)[slot];
-        record.extended[vertex].throughput = throughput(slot);
-        record.extended[vertex].event = kEventEmission;
-        recordFirstNonDelta(s_, slot, base, normal);
+        const std::uint32_t flags = s_.context->recordFlags;
+        if ((flags & kRecordExtended) != 0) {
+            record.extended[vertex].distance = s_.paths.value(kDistance, slot);
+            record.extended[vertex].throughput = throughput(slot);
+            record.extended[vertex].event = kEventEmission;
+        }
+        if ((flags & kRecordFirstNonDelta) != 0) {
+            recordFirstNonDelta(s_, slot, base, normal);
+        }
     }
 
     KernelState<T>& s_;

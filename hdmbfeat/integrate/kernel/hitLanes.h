@@ -18,21 +18,24 @@ public:
     HitLanes(const KernelState<T>& s, const typename KernelState<T>::Group& g)
         : s_(s),
           g_(g),
-          triangle_(gatherIntLanes<T>(s.paths.ints(kHitTriangle), g.from)) {
-        const std::int32_t* const ids = s.paths.ints(kHitGeometry);
-        const std::int32_t first = ids[g.read[0]];
+          hit_(s.paths.template get<T>(kHit, g.read)),
+          triangle_(bitsOf(hit_.z)) {
+        const std::int32_t first = s.paths.integer(kHitGeometry, g.read[0]);
         bool one = true;
         for (int i = 1; i < g.count; ++i) {
-            one = one && ids[g.read[i]] == first;
+            one = one && s.paths.integer(kHitGeometry, g.read[i]) == first;
         }
         one_ = one ? s.context->accel.geometries()[static_cast<std::size_t>(first)].get() : nullptr;
     }
+
+    /// From the last vertex.
+    const T& distance() const { return hit_.w; }
 
     RayHit hit(int lane) const { return s_.hit(g_.read[lane]); }
     const AccelGeometry& geometry(int lane) const {
         return one_ != nullptr ? *one_
                                : *s_.context->accel.geometries()[static_cast<std::size_t>(
-                                     s_.paths.ints(kHitGeometry)[g_.read[lane]])];
+                                     s_.paths.integer(kHitGeometry, g_.read[lane]))];
     }
 
     /// The binding of all lanes, or null where they have several.
@@ -83,8 +86,9 @@ private:
         in.p0 = gather3(points, v0);
         in.p1 = gather3(points, v1);
         in.p2 = gather3(points, v2);
-        in.b1 = s_.paths.template get<T>(kHitB1, g_.from);
-        in.b2 = s_.paths.template get<T>(kHitB2, g_.from);
+        const LaneQuad<T> place = s_.paths.template get<T>(kHitB1, g_.read);
+        in.b1 = place.x;
+        in.b2 = place.y;
         in.n = Vec3<T>(T(0));
         if (mesh.normals) {
             in.n = normals(mesh, v0, v1, v2, first, in.b1, in.b2);
@@ -131,6 +135,7 @@ private:
 
     const KernelState<T>& s_;
     const typename KernelState<T>::Group& g_;
+    LaneQuad<T> hit_;
     IntLane<T> triangle_;
     const AccelGeometry* one_; ///< that all hits are on, or null
 };

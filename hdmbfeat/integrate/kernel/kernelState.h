@@ -52,9 +52,9 @@ template <class T>
 struct KernelState {
     static constexpr int kWidth = LaneTraits<T>::kWidth;
 
-    KernelState(int capacity, bool allPlanes)
-        : paths(capacity, kWidth, allPlanes),
-          shadows(capacity + kWidth),
+    KernelState(int capacity, bool allFields)
+        : paths(capacity, kWidth, allFields),
+          shadows(capacity, kWidth),
           records(static_cast<std::size_t>(capacity + kWidth)) {
         for (std::vector<std::int32_t>* list : {&active, &survivors, &surfaces, &lights, &misses}) {
             list->reserve(static_cast<std::size_t>(capacity));
@@ -78,21 +78,17 @@ struct KernelState {
     /// A batch of slots from a list: to read from, and to write to. Past the end of the list the
     /// first slot is read again and scratch slots are written.
     struct Group {
-        std::int32_t read[kWidth];
-        IntLane<T> from, to;
+        std::int32_t read[kWidth], write[kWidth];
         std::uint32_t bits; ///< lanes that hold a path
         int count;
     };
     Group group(const std::int32_t* list, std::size_t left) const {
         Group g;
-        alignas(64) std::int32_t write[kWidth];
         g.count = static_cast<int>(std::min<std::size_t>(left, kWidth));
         for (int i = 0; i < kWidth; ++i) {
             g.read[i] = list[i < g.count ? i : 0];
-            write[i] = i < g.count ? list[i] : paths.capacity() + i;
+            g.write[i] = i < g.count ? list[i] : paths.capacity() + i;
         }
-        g.from = loadIntLanes<T>(g.read);
-        g.to = loadIntLanes<T>(write);
         g.bits = static_cast<std::uint32_t>((std::uint64_t{1} << g.count) - 1U);
         return g;
     }
@@ -105,57 +101,47 @@ struct KernelState {
         return selectInt(m, slot, loadIntLanes<T>(scratch));
     }
 
-    LaneSampler<T> sampler(const IntLane<T>& slot) const {
-        return {word(kKeyLow, slot), word(kKeyHigh, slot), word(kKeyIndex, slot)};
-    }
     Sampler samplerOf(int slot) const {
-        return Sampler(SamplerKey{static_cast<std::uint32_t>(paths.ints(kKeyLow)[slot]),
-                                  static_cast<std::uint32_t>(paths.ints(kKeyHigh)[slot]),
-                                  static_cast<std::uint32_t>(paths.ints(kKeyIndex)[slot])});
+        return Sampler(SamplerKey{static_cast<std::uint32_t>(paths.integer(kKeyLow, slot)),
+                                  static_cast<std::uint32_t>(paths.integer(kKeyHigh, slot)),
+                                  static_cast<std::uint32_t>(paths.integer(kKeyIndex, slot))});
     }
 
     RayHit hit(int slot) const {
         RayHit h;
         h.kind = RayHit::Kind::kSurface;
-        h.geometry = static_cast<std::uint32_t>(paths.ints(kHitGeometry)[slot]);
-        h.instance = static_cast<std::uint32_t>(paths.ints(kHitInstance)[slot]);
-        h.triangle = static_cast<std::uint32_t>(paths.ints(kHitTriangle)[slot]);
-        h.b1 = paths.plane(kHitB1)[slot];
-        h.b2 = paths.plane(kHitB2)[slot];
+        h.geometry = static_cast<std::uint32_t>(paths.integer(kHitGeometry, slot));
+        h.instance = static_cast<std::uint32_t>(paths.integer(kHitInstance, slot));
+        h.triangle = static_cast<std::uint32_t>(paths.integer(kHitTriangle, slot));
+        h.b1 = paths.value(kHitB1, slot);
+        h.b2 = paths.value(kHitB2, slot);
         return h;
     }
     LightReceiver receiver(int slot) const {
         return {paths.get3(kReceiverP, slot), paths.get3(kReceiverN, slot),
-                (paths.ints(kFlags)[slot] & kFlagTwoSided) != 0};
+                (paths.integer(kFlags, slot) & kFlagTwoSided) != 0};
     }
 
-    // Records as floats, for lanes.
-    float* recordFloats() { return reinterpret_cast<float*>(records.data()); }
-    void setRecord(int field, const IntLane<T>& slot, const T& value) {
-        scatterLanes<T>(recordFloats() + field, slot * IntLane<T>(kRecordStride), value);
+    // Records as rows of floats, for lanes; slots as in Group.
+    void setRecord(int field, const std::int32_t* slots, const LaneQuad<T>& quad) {
+        storeQuads<T>(recordFloats() + field, slots, kRecordStride, quad);
     }
-    void setRecord3(int field, const IntLane<T>& slot, const Vec3<T>& v) {
-        const IntLane<T> index = slot * IntLane<T>(kRecordStride);
-        scatterLanes<T>(recordFloats() + field, index, v.x);
-        scatterLanes<T>(recordFloats() + field + 1, index, v.y);
-        scatterLanes<T>(recordFloats() + field + 2, index, v.z);
-    }
-    void setRecordInt(int field, const IntLane<T>& slot, const IntLane<T>& value) {
-        scatterIntLanes<T>(reinterpret_cast<std::int32_t*>(records.data()) + field,
-                           slot * IntLane<T>(kRecordStride), value);
+    /// Leaves the value behind as it is.
+    void setRecord3(int field, const std::int32_t* slots, const Vec3<T>& v) {
+        const LaneQuad<T> there = loadQuads<T>(recordFloats() + field, slots, kRecordStride);
+        setRecord(field, slots, {v, there.w});
     }
 
     /// Adds to the radiance, and to the part of it that `vertex` makes: -1 is seen by the camera
     /// itself, those beyond the features are the tail.
-    void addContribution(int vertex, const IntLane<T>& slot, const Vec3<T>& value) {
-        const IntLane<T> index = slot * IntLane<T>(kRecordStride);
-        add3(MBFEAT_RECORD_FIELD(radiance), index, value);
+    void addContribution(int vertex, const std::int32_t* slots, const Vec3<T>& value) {
+        add3(MBFEAT_RECORD_FIELD(radiance), slots, value);
         if ((context->recordFlags & kRecordContributions) != 0) {
             const int part = vertex < 0 ? MBFEAT_RECORD_FIELD(emission)
                              : vertex < kFeatureVertices
                                  ? MBFEAT_RECORD_FIELD(contributions) + 3 * vertex
                                  : MBFEAT_RECORD_FIELD(tail);
-            add3(part, index, value);
+            add3(part, slots, value);
         }
     }
     void addContributionOf(int slot, int vertex, const Rgb& value) {
@@ -181,19 +167,10 @@ struct KernelState {
     }
 
 private:
-    UintLane<T> word(int plane, const IntLane<T>& slot) const {
-        const IntLane<T> value = gatherIntLanes<T>(paths.ints(plane), slot);
-        if constexpr (kIsBatch<T>) {
-            return xsimd::bitwise_cast<UintLane<T>>(value);
-        } else {
-            return static_cast<std::uint32_t>(value);
-        }
-    }
-    void add3(int field, const IntLane<T>& index, const Vec3<T>& v) {
-        float* const base = recordFloats() + field;
-        scatterLanes<T>(base, index, gatherLanes<T>(base, index) + v.x);
-        scatterLanes<T>(base + 1, index, gatherLanes<T>(base + 1, index) + v.y);
-        scatterLanes<T>(base + 2, index, gatherLanes<T>(base + 2, index) + v.z);
+    float* recordFloats() { return reinterpret_cast<float*>(records.data()); }
+    void add3(int field, const std::int32_t* slots, const Vec3<T>& v) {
+        const LaneQuad<T> there = loadQuads<T>(recordFloats() + field, slots, kRecordStride);
+        setRecord(field, slots, {there.xyz() + v, there.w});
     }
 };
 

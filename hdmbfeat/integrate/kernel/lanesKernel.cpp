@@ -16,6 +16,6 @@
 #endif
 
 extern "C" __attribute__((visibility("default"))) mbfeat::PathWorker*
-MBFEAT_KERNEL_FACTORY(int capacity, bool allPlanes) {
-    return new mbfeat::PathKernel<xsimd::batch<float>>(capacity, allPlanes);
+MBFEAT_KERNEL_FACTORY(int capacity, bool allFields) {
+    return new mbfeat::PathKernel<xsimd::batch<float>>(capacity, allFields);
 }

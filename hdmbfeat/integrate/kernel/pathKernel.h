@@ -18,7 +18,7 @@ namespace mbfeat {
 template <class T>
 class PathKernel final : public PathWorker {
 public:
-    PathKernel(int capacity, bool allPlanes) : s_(capacity, allPlanes) {}
+    PathKernel(int capacity, bool allFields) : s_(capacity, allFields) {}
 
     bool trace(const PathContext& context, const PixelSample* samples, int count,
                const StopCheck& stop) override {
@@ -72,10 +72,10 @@ private:
         for (const std::int32_t slot : s_.surfaces) {
             const AccelGeometry& geometry =
                 *s_.context->accel
-                     .geometries()[static_cast<std::size_t>(s_.paths.ints(kHitGeometry)[slot])];
+                     .geometries()[static_cast<std::size_t>(s_.paths.integer(kHitGeometry, slot))];
             const std::uint32_t number =
                 geometry.firstBinding + geometry.mesh->materialSlotOf(static_cast<std::uint32_t>(
-                                            s_.paths.ints(kHitTriangle)[slot]));
+                                            s_.paths.integer(kHitTriangle, slot)));
             binOf_.push_back(static_cast<std::uint16_t>(number % bins));
             ++binStart_[binOf_.back() + std::size_t{1}];
         }

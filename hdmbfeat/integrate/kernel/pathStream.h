@@ -1,4 +1,6 @@
-// The state of a batch of paths as structure of arrays: a plane a value, a slot a path.
+// The state of a batch of paths: a row a path, read and written as quads of as many rows as there
+// are lanes. From the second vertex on the paths that lie side by side in a group are strewn over
+// the batch: a plane a value, read by gathers, would touch a cache line a value.
 //
 // Behind the last path of the batch come a few scratch slots. Lanes that have nothing to store
 // store there, so that no kernel needs masked stores.
@@ -9,7 +11,7 @@
 #include <memory>
 #include <new>
 
-#include "core/laneMemory.h"
+#include "core/laneQuads.h"
 #include "integrate/pathRecord.h"
 
 namespace mbfeat {
@@ -32,36 +34,38 @@ private:
     std::unique_ptr<V, Free> data_;
 };
 
-/// Vectors take three planes.
-enum FloatPlane : int {
+/// Places in the row of a path, in floats. Vectors take three, and share their quad with the value
+/// behind them. What tracing needs fills the first cache line, what scattering hands on the second.
+enum PathField : int {
     kOrigin = 0,
-    kDirection = 3,
-    kNear = 6, ///< of camera rays and segments behind cut-outs
+    kNear = 3,
+    kDirection = 4,
     kFar = 7,
-    kThroughput = 8,
-    kEtaScale = 11, ///< undoes the radiance scaling of refraction for roulette
-    kBsdfPdf = 12,  ///< density of the scattering that made the segment
-    kReceiverP = 13,
-    kReceiverN = 16,
-    kDistance = 19, ///< from the last vertex
-    kHitB1 = 20,
-    kHitB2 = 21,
-    kAlwaysPlanes = 22,
+    kHit = 8,
+    kHitGeometry = kHit, ///< integer, as the next two
+    kHitInstance = 9,
+    kHitTriangle = 10, ///< of a light shape: its light
+    kDistance = 11,    ///< from the last vertex
+    kHitB1 = 12,
+    kHitB2 = 13,
+
+    kThroughput = 16,
+    kEtaScale = 19, ///< undoes the radiance scaling of refraction for roulette
+    kReceiverP = 20,
+    kBsdfPdf = 23, ///< density of the scattering that made the segment
+    kReceiverN = 24,
+    kKeys = 28,
+    kKeyLow = kKeys, ///< integer, as the next three
+    kKeyHigh = 29,
+    kKeyIndex = 30,
+    kFlags = 31,
+    kPathFields = 32,
+
     // Only where paths are recorded or lights have multipliers.
-    kPathLength = 22, ///< up to the last vertex
-    kTint = 23,       ///< of the delta events so far
-    kDiffuseShare = 26,
-    kFloatPlanes = 29,
-};
-enum IntPlane : int {
-    kFlags = 0,
-    kHitGeometry = 1,
-    kHitInstance = 2,
-    kHitTriangle = 3, ///< of a light shape: its light
-    kKeyLow = 4,
-    kKeyHigh = 5,
-    kKeyIndex = 6,
-    kIntPlanes = 7,
+    kTint = 32,       ///< of the delta events so far
+    kPathLength = 35, ///< up to the last vertex
+    kDiffuseShare = 36,
+    kAllPathFields = 48,
 };
 /// Bits of kFlags.
 enum PathFlag : std::int32_t {
@@ -73,121 +77,118 @@ enum PathFlag : std::int32_t {
 class PathStream {
 public:
     /// `scratch` slots follow slot `capacity` - 1.
-    PathStream(int capacity, int scratch, bool allPlanes)
+    PathStream(int capacity, int scratch, bool allFields)
         : capacity_(capacity),
-          stride_(static_cast<std::size_t>(capacity + scratch + 31) / 16 * 16),
-          floats_(stride_ * static_cast<std::size_t>(allPlanes ? kFloatPlanes : kAlwaysPlanes)),
-          ints_(stride_ * kIntPlanes) {
+          stride_(allFields ? kAllPathFields : kPathFields),
+          rows_(stride_ * static_cast<std::size_t>(capacity + scratch)) {
         // Scratch slots are read as lanes that take no part; they must hold numbers.
-        std::memset(floats_.data(), 0,
-                    stride_ * sizeof(float) *
-                        static_cast<std::size_t>(allPlanes ? kFloatPlanes : kAlwaysPlanes));
-        std::memset(ints_.data(), 0, stride_ * kIntPlanes * sizeof(std::int32_t));
+        std::memset(rows_.data(), 0,
+                    stride_ * sizeof(float) * static_cast<std::size_t>(capacity + scratch));
     }
 
     int capacity() const { return capacity_; }
-    float* plane(int plane) { return floats_.data() + stride_ * static_cast<std::size_t>(plane); }
-    const float* plane(int plane) const {
-        return floats_.data() + stride_ * static_cast<std::size_t>(plane);
-    }
-    std::int32_t* ints(int plane) {
-        return ints_.data() + stride_ * static_cast<std::size_t>(plane);
-    }
-    const std::int32_t* ints(int plane) const {
-        return ints_.data() + stride_ * static_cast<std::size_t>(plane);
-    }
 
     // One path.
+    float& value(int field, int slot) { return row(slot)[field]; }
+    float value(int field, int slot) const { return row(slot)[field]; }
+    std::int32_t& integer(int field, int slot) {
+        return *reinterpret_cast<std::int32_t*>(row(slot) + field);
+    }
+    std::int32_t integer(int field, int slot) const {
+        return *reinterpret_cast<const std::int32_t*>(row(slot) + field);
+    }
     Float3 get3(int first, int slot) const {
-        return {plane(first)[slot], plane(first + 1)[slot], plane(first + 2)[slot]};
+        const float* const from = row(slot) + first;
+        return {from[0], from[1], from[2]};
     }
     void set3(int first, int slot, const Float3& v) {
-        plane(first)[slot] = v.x;
-        plane(first + 1)[slot] = v.y;
-        plane(first + 2)[slot] = v.z;
+        float* const to = row(slot) + first;
+        to[0] = v.x;
+        to[1] = v.y;
+        to[2] = v.z;
     }
 
-    // As many paths as there are lanes.
+    // As many paths as there are lanes: four fields from `first` on of each slot.
     template <class T>
-    T get(int p, const IntLane<T>& slot) const {
-        return gatherLanes<T>(plane(p), slot);
+    LaneQuad<T> get(int first, const std::int32_t* slots) const {
+        return loadQuads<T>(rows_.data() + first, slots, stride_);
     }
     template <class T>
-    Vec3<T> get3(int first, const IntLane<T>& slot) const {
-        return {get<T>(first, slot), get<T>(first + 1, slot), get<T>(first + 2, slot)};
-    }
-    template <class T>
-    void set(int p, const IntLane<T>& slot, const T& value) {
-        scatterLanes<T>(plane(p), slot, value);
-    }
-    template <class T>
-    void set3(int first, const IntLane<T>& slot, const Vec3<T>& v) {
-        set<T>(first, slot, v.x);
-        set<T>(first + 1, slot, v.y);
-        set<T>(first + 2, slot, v.z);
+    void set(int first, const std::int32_t* slots, const LaneQuad<T>& quad) {
+        storeQuads<T>(rows_.data() + first, slots, stride_, quad);
     }
 
 private:
+    float* row(int slot) { return rows_.data() + static_cast<std::size_t>(slot) * stride_; }
+    const float* row(int slot) const {
+        return rows_.data() + static_cast<std::size_t>(slot) * stride_;
+    }
+
     int capacity_;
     std::size_t stride_;
-    LaneArray<float> floats_;
-    LaneArray<std::int32_t> ints_;
+    LaneArray<float> rows_;
 };
 
-/// Shadow rays of one vertex of all paths. Entries come in groups of as many as there are lanes;
-/// an entry of slot -1 is empty.
-enum ShadowPlane : int {
+/// Places in the row of a shadow ray, in floats.
+enum ShadowField : int {
     kShadowOrigin = 0,
-    kShadowDirection = 3,
-    kShadowFar = 6,
-    kShadowDirect = 7,        ///< direct:k, before path throughput
-    kShadowContribution = 10, ///< what the pixel gets if nothing is in the way
-    kShadowPlanes = 13,
+    kShadowFar = 3,
+    kShadowDirection = 4,
+    kShadowSlot = 7,         ///< integer: the path
+    kShadowContribution = 8, ///< what the pixel gets if nothing is in the way
+    kShadowDirect = 12,      ///< direct:k, before path throughput
+    kShadowFields = 16,
 };
 
+/// Shadow rays of one vertex of all paths.
 class ShadowQueue {
 public:
-    explicit ShadowQueue(int capacity)
-        : stride_(static_cast<std::size_t>(capacity + 31) / 16 * 16),
-          floats_(stride_ * kShadowPlanes),
-          slots_(stride_) {}
+    /// For one ray of each of `capacity` paths, pushed `lanes` at a time.
+    ShadowQueue(int capacity, int lanes)
+        : rows_(static_cast<std::size_t>(capacity + lanes) * kShadowFields) {}
 
     void clear() { size_ = 0; }
     int size() const { return size_; }
-    float* plane(int plane) { return floats_.data() + stride_ * static_cast<std::size_t>(plane); }
-    const float* plane(int plane) const {
-        return floats_.data() + stride_ * static_cast<std::size_t>(plane);
+    float value(int field, int entry) const { return row(entry)[field]; }
+    std::int32_t slot(int entry) const {
+        return *reinterpret_cast<const std::int32_t*>(row(entry) + kShadowSlot);
     }
-    std::int32_t* slots() { return slots_.data(); }
-    const std::int32_t* slots() const { return slots_.data(); }
-
     Float3 get3(int first, int entry) const {
-        return {plane(first)[entry], plane(first + 1)[entry], plane(first + 2)[entry]};
+        const float* const from = row(entry) + first;
+        return {from[0], from[1], from[2]};
     }
     template <class T>
-    void push(const Vec3<T>& origin, const Vec3<T>& direction, const T& tFar, const Vec3<T>& direct,
-              const Vec3<T>& contribution, const IntLane<T>& slot) {
-        put3<T>(kShadowOrigin, origin);
-        put3<T>(kShadowDirection, direction);
-        storeLanes<T>(plane(kShadowFar) + size_, tFar);
-        put3<T>(kShadowDirect, direct);
-        put3<T>(kShadowContribution, contribution);
-        storeIntLanes<T>(slots() + size_, slot);
-        size_ += LaneTraits<T>::kWidth;
+    LaneQuad<T> get(int first, const std::int32_t* entries) const {
+        return loadQuads<T>(rows_.data() + first, entries, kShadowFields);
+    }
+    /// Adds an entry for every lane of m.
+    template <class T>
+    void push(const Mask<T>& m, const Vec3<T>& origin, const Vec3<T>& direction, const T& tFar,
+              const Vec3<T>& direct, const Vec3<T>& contribution, const IntLane<T>& slots) {
+        const std::uint32_t bits = laneBits(m);
+        std::int32_t entries[LaneTraits<T>::kWidth];
+        for (int i = 0; i < LaneTraits<T>::kWidth; ++i) {
+            entries[i] = size_; // what a lane without m writes is overwritten or not used
+            size_ += static_cast<int>((bits >> static_cast<unsigned>(i)) & 1U);
+        }
+        const T none(0);
+        put<T>(kShadowOrigin, entries, {origin, tFar});
+        put<T>(kShadowDirection, entries, {direction, valueOfBits(slots)});
+        put<T>(kShadowContribution, entries, {contribution, none});
+        put<T>(kShadowDirect, entries, {direct, none});
     }
 
 private:
     template <class T>
-    void put3(int first, const Vec3<T>& v) {
-        storeLanes<T>(plane(first) + size_, v.x);
-        storeLanes<T>(plane(first + 1) + size_, v.y);
-        storeLanes<T>(plane(first + 2) + size_, v.z);
+    void put(int first, const std::int32_t* entries, const LaneQuad<T>& quad) {
+        storeQuads<T>(rows_.data() + first, entries, kShadowFields, quad);
+    }
+    const float* row(int entry) const {
+        return rows_.data() + static_cast<std::size_t>(entry) * kShadowFields;
     }
 
-    std::size_t stride_;
     int size_ = 0;
-    LaneArray<float> floats_;
-    LaneArray<std::int32_t> slots_;
+    LaneArray<float> rows_;
 };
 
 } // namespace mbfeat

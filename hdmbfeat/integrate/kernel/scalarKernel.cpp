@@ -2,6 +2,6 @@
 #include "integrate/kernel/pathKernel.h"
 #include "integrate/kernels.h"
 
-mbfeat::PathWorker* mbfeat::makeScalarWorker(int capacity, bool allPlanes) {
-    return new PathKernel<float>(capacity, allPlanes);
+mbfeat::PathWorker* mbfeat::makeScalarWorker(int capacity, bool allFields) {
+    return new PathKernel<float>(capacity, allFields);
 }

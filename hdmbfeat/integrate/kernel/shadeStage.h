@@ -23,6 +23,27 @@ struct VertexLanes {
     Mask<T> twoSided;               ///< light may arrive from below
 };
 
+/// What a path brings to the vertex.
+template <class T>
+struct ArrivalLanes {
+    Vec3<T> direction;
+    Vec3<T> throughput;
+    T etaScale;
+    LaneQuad<T> keys; ///< of the sampler, and the flags
+    T distance;       ///< from the last vertex
+
+    LaneSampler<T> sampler() const { return {word(keys.x), word(keys.y), word(keys.z)}; }
+
+private:
+    static UintLane<T> word(const T& value) {
+        if constexpr (kIsBatch<T>) {
+            return xsimd::bitwise_cast<UintLane<T>>(value);
+        } else {
+            return static_cast<std::uint32_t>(bitsOf(value));
+        }
+    }
+};
+
 /// Record: the features of the path are recorded.
 template <class T, bool Record>
 class ShadeStage {
@@ -44,28 +65,34 @@ private:
 
     void shade(const Group& g, int vertex) {
         const HitLanes<T> hits(s_, g);
+        const ArrivalLanes<T> arrival = arrivals(hits, g);
         const SurfaceParameters<T> parameters = materials(hits);
-        const VertexLanes<T> v = makeVertex(hits, parameters, g);
-        const Vec3<T> throughput = s_.paths.template get3<T>(kThroughput, g.from);
+        const VertexLanes<T> v = makeVertex(hits, parameters, arrival.direction);
 
-        addEmission(g, vertex, hits, parameters, v, throughput);
+        addEmission(g, vertex, hits, parameters, v, arrival.throughput);
         const bool scatters = vertex < context_.options.maxBounces;
         const Mask<T> lightable = v.bsdf.hasNonDelta();
         constexpr auto kNormalReaders =
             static_cast<std::uint32_t>(kRecordFirstHit | kRecordPrimvars);
         if (vertex == 0 && (context_.recordFlags & kNormalReaders) != 0) {
-            s_.setRecord3(MBFEAT_RECORD_FIELD(normal), g.to, v.frame.n);
+            s_.setRecord3(MBFEAT_RECORD_FIELD(normal), g.write, v.frame.n);
         }
         if constexpr (Record) {
-            record(g, vertex, v, lightable, throughput);
+            record(g, vertex, v, lightable, arrival);
         }
         if (scatters) {
-            const LaneSampler<T> sampler = s_.sampler(g.from);
+            const LaneSampler<T> sampler = arrival.sampler();
             if (!context_.lights.empty()) {
-                sampleLight(g, vertex, v, lightable, throughput, sampler);
+                sampleLight(g, vertex, v, lightable, arrival.throughput, sampler);
             }
-            scatter(g, vertex, v, throughput, sampler);
+            scatter(g, vertex, v, arrival, sampler);
         }
+    }
+
+    ArrivalLanes<T> arrivals(const HitLanes<T>& hits, const Group& g) const {
+        const LaneQuad<T> carried = s_.paths.template get<T>(kThroughput, g.read);
+        return {s_.paths.template get<T>(kDirection, g.read).xyz(), carried.xyz(), carried.w,
+                s_.paths.template get<T>(kKeys, g.read), hits.distance()};
     }
 
     /// Material inputs at all hits. Where the whole group has one constant material nothing is
@@ -86,9 +113,9 @@ private:
     }
 
     VertexLanes<T> makeVertex(const HitLanes<T>& hits, const SurfaceParameters<T>& parameters,
-                              const Group& g) {
+                              const Vec3<T>& direction) {
         const SurfacePointLanes<T> point = surfacePoint(hits.surfaces());
-        const Vec3<T> wo = -s_.paths.template get3<T>(kDirection, g.from);
+        const Vec3<T> wo = -direction;
         const Mask<T> outside = dot(wo, point.ng) >= T(0);
         const Vec3<T> ng = select<T>(outside, point.ng, -point.ng);
         const Vec3<T> mapped = mappedNormals(hits, point.ns, parameters.tangentNormal);
@@ -137,13 +164,14 @@ private:
             float mis = 1.0F;
             const AccelGeometry& geometry = hits.geometry(i);
             const RayHit hit = hits.hit(i);
-            if (vertex > 0 && (s_.paths.ints(kFlags)[slot] & kFlagDelta) == 0 && geometry.emits) {
+            if (vertex > 0 && (s_.paths.integer(kFlags, slot) & kFlagDelta) == 0 &&
+                geometry.emits) {
                 const std::int32_t entry = geometry.emissiveIndex[hit.triangle];
                 if (entry >= 0) {
                     const auto id = static_cast<std::uint32_t>(
                         geometry.emissiveBase +
                         static_cast<std::int32_t>(hit.instance) * geometry.emissiveCount + entry);
-                    mis = misWeight(s_.paths.plane(kBsdfPdf)[slot],
+                    mis = misWeight(s_.paths.value(kBsdfPdf, slot),
                                     context_.lights.pdfTriangle(id, s_.receiver(slot), p.get(i)));
                 }
             }
@@ -152,19 +180,25 @@ private:
     }
 
     void record(const Group& g, int vertex, const VertexLanes<T>& v, const Mask<T>& nonDelta,
-                const Vec3<T>& throughput) {
+                const ArrivalLanes<T>& arrival) {
         const Vec3<T> albedo = v.bsdf.albedo();
-        const T distance = s_.paths.template get<T>(kDistance, g.from);
         if (vertex < kFeatureVertices) {
-            const int features = kVertexStride * vertex;
-            const int extended = kExtendedStride * vertex;
-            s_.setRecord3(MBFEAT_RECORD_FIELD(features[0].albedo) + features, g.to, albedo);
-            s_.setRecord3(MBFEAT_RECORD_FIELD(features[0].normal) + features, g.to, v.frame.n);
-            s_.setRecordInt(MBFEAT_RECORD_FIELD(vertexCount), g.to, IntLane<T>(vertex + 1));
+            // Albedo and normal in two quads; direct, which comes later, is behind them.
+            static_assert(offsetof(VertexFeatures, normal) == 3 * sizeof(float) &&
+                          offsetof(VertexFeatures, direct) == 6 * sizeof(float));
+            const int features = MBFEAT_RECORD_FIELD(features[0].albedo) + kVertexStride * vertex;
+            const Vec3<T>& n = v.frame.n;
+            s_.setRecord(features, g.write, {albedo, n.x});
+            s_.setRecord(features + 4, g.write, {n.y, n.z, T(0), T(0)});
+            for (int i = 0; i < g.count; ++i) {
+                s_.records[static_cast<std::size_t>(g.read[i])].vertexCount = vertex + 1;
+            }
             if ((context_.recordFlags & kRecordExtended) != 0) {
-                s_.setRecord(MBFEAT_RECORD_FIELD(extended[0].distance) + extended, g.to, distance);
-                s_.setRecord3(MBFEAT_RECORD_FIELD(extended[0].throughput) + extended, g.to,
-                              throughput);
+                static_assert(offsetof(VertexExtended, throughput) ==
+                              offsetof(VertexExtended, distance) + sizeof(float));
+                const Vec3<T>& carried = arrival.throughput;
+                s_.setRecord(MBFEAT_RECORD_FIELD(extended[0].distance) + kExtendedStride * vertex,
+                             g.write, {arrival.distance, carried.x, carried.y, carried.z});
             }
         }
         if ((context_.recordFlags & kRecordFirstNonDelta) == 0) {
@@ -217,8 +251,8 @@ private:
             tFar = select(near, segment.length, tFar);
         }
         tFar = select(shadowless, T(0), tFar); // nothing is met before the ray's start
-        s_.shadows.template push<T>(origin, direction, tFar, direct, throughput * direct,
-                                    selectInt(usable, g.to, IntLane<T>(-1)));
+        s_.shadows.template push<T>(usable, origin, direction, tFar, direct, throughput * direct,
+                                    loadIntLanes<T>(g.read));
     }
 
     /// A light sample for each wanted lane; pdf 0 in the others.
@@ -261,8 +295,8 @@ private:
     }
 
     /// Chooses the next segment of each path, and whether it goes on.
-    void scatter(const Group& g, int vertex, const VertexLanes<T>& v, const Vec3<T>& throughput,
-                 const LaneSampler<T>& sampler) {
+    void scatter(const Group& g, int vertex, const VertexLanes<T>& v,
+                 const ArrivalLanes<T>& arrival, const LaneSampler<T>& sampler) {
         const std::uint32_t base = vertexDimension(vertex);
         const BsdfSample<T> sample = v.bsdf.sample(v.out, sampler.get1D(base + kDimBsdfLobe),
                                                    sampler.get2D(base + kDimBsdf));
@@ -273,8 +307,8 @@ private:
         if constexpr (Record) {
             recordEvent(g, vertex, sample, on);
         }
-        Vec3<T> carried = throughput * sample.weight;
-        const T etaScale = s_.paths.template get<T>(kEtaScale, g.from) * sqr(sample.eta);
+        Vec3<T> carried = arrival.throughput * sample.weight;
+        const T etaScale = arrival.etaScale * sqr(sample.eta);
         if (vertex >= context_.options.russianRouletteStart) {
             roulette(etaScale, sampler.get1D(base + kDimRoulette), carried, on);
         }
@@ -283,21 +317,22 @@ private:
             return;
         }
         PathStream& paths = s_.paths;
-        paths.template set3<T>(kThroughput, g.to, carried);
-        paths.template set<T>(kEtaScale, g.to, etaScale);
-        paths.template set<T>(kBsdfPdf, g.to, sample.pdf);
-        paths.template set3<T>(kReceiverP, g.to, v.point.p);
-        paths.template set3<T>(kReceiverN, g.to, v.frame.n);
-        paths.template set3<T>(kOrigin, g.to, offsetRayOrigin(v.point.p, v.point.pError, v.ng, wi));
-        paths.template set3<T>(kDirection, g.to, wi);
         const IntLane<T> zero(0);
-        const IntLane<T> kept =
-            gatherIntLanes<T>(paths.ints(kFlags), g.from) & IntLane<T>(kFlagNonDelta);
-        scatterIntLanes<T>(paths.ints(kFlags), g.to,
-                           kept | selectInt(sample.delta, IntLane<T>(kFlagDelta), zero) |
-                               selectInt(v.twoSided, IntLane<T>(kFlagTwoSided), zero));
+        const IntLane<T> flags = (bitsOf(arrival.keys.w) & IntLane<T>(kFlagNonDelta)) |
+                                 selectInt(v.bsdf.hasNonDelta(), IntLane<T>(kFlagNonDelta), zero) |
+                                 selectInt(sample.delta, IntLane<T>(kFlagDelta), zero) |
+                                 selectInt(v.twoSided, IntLane<T>(kFlagTwoSided), zero);
+        paths.template set<T>(
+            kOrigin, g.write,
+            {offsetRayOrigin(v.point.p, v.point.pError, v.ng, wi), T(kSurfaceNear)});
+        paths.template set<T>(kDirection, g.write, {wi, T(kInfinity)});
+        paths.template set<T>(kThroughput, g.write, {carried, etaScale});
+        paths.template set<T>(kReceiverP, g.write, {v.point.p, sample.pdf});
+        paths.template set<T>(kReceiverN, g.write, {v.frame.n, T(0)});
+        paths.template set<T>(kKeys, g.write,
+                              {arrival.keys.x, arrival.keys.y, arrival.keys.z, valueOfBits(flags)});
         if constexpr (Record) {
-            keepForRecord(g, sample);
+            keepForRecord(g, sample, arrival.distance);
         }
         if (context_.lightsHaveMultipliers) {
             keepDiffuseShare(g, v, sample);
@@ -321,24 +356,37 @@ private:
         if (vertex >= kFeatureVertices || (context_.recordFlags & kRecordExtended) == 0) {
             return;
         }
-        const int extended = kExtendedStride * vertex;
-        const IntLane<T> slot = s_.writeIf(on, g.to);
-        s_.setRecord(MBFEAT_RECORD_FIELD(extended[0].roughness) + extended, slot, sample.roughness);
-        const IntLane<T> side =
-            selectInt(sample.transmitted, IntLane<T>(kEventTransmit), IntLane<T>(kEventReflect));
-        const IntLane<T> lobe = selectInt(
-            sample.delta, IntLane<T>(kEventSpecular),
-            selectInt(sample.diffuse, IntLane<T>(kEventDiffuse), IntLane<T>(kEventGlossy)));
-        s_.setRecordInt(MBFEAT_RECORD_FIELD(extended[0].event) + extended, slot, side | lobe);
+        const LaneBuffer<T> roughness(sample.roughness);
+        const std::uint32_t bits = laneBits(on);
+        const std::uint32_t transmitted = laneBits(sample.transmitted);
+        const std::uint32_t delta = laneBits(sample.delta);
+        const std::uint32_t diffuse = laneBits(sample.diffuse);
+        for (int i = 0; i < g.count; ++i) {
+            const auto is = [i](std::uint32_t lanes) {
+                return ((lanes >> static_cast<unsigned>(i)) & 1U) != 0;
+            };
+            if (is(bits)) {
+                VertexExtended& extended =
+                    s_.records[static_cast<std::size_t>(g.read[i])].extended[vertex];
+                extended.roughness = roughness[i];
+                const auto side = is(transmitted) ? kEventTransmit : kEventReflect;
+                const auto lobe = is(delta)     ? kEventSpecular
+                                  : is(diffuse) ? kEventDiffuse
+                                                : kEventGlossy;
+                extended.event = static_cast<std::int32_t>(side | lobe);
+            }
+        }
     }
 
-    void keepForRecord(const Group& g, const BsdfSample<T>& sample) {
-        PathStream& paths = s_.paths;
-        const Vec3<T> tint = paths.template get3<T>(kTint, g.from);
-        paths.template set3<T>(kTint, g.to, select<T>(sample.delta, tint * sample.tint, tint));
-        paths.template set<T>(kPathLength, g.to,
-                              paths.template get<T>(kPathLength, g.from) +
-                                  paths.template get<T>(kDistance, g.from));
+    void keepForRecord(const Group& g, const BsdfSample<T>& sample, const T& distance) {
+        if ((context_.recordFlags & kRecordFirstNonDelta) == 0) {
+            return;
+        }
+        const LaneQuad<T> before = s_.paths.template get<T>(kTint, g.read);
+        const Vec3<T> tint = before.xyz();
+        s_.paths.template set<T>(
+            kTint, g.write,
+            {select<T>(sample.delta, tint * sample.tint, tint), before.w + distance});
     }
 
     /// Part of the scattered light that diffuse lobes made, for lights with multipliers.
@@ -351,7 +399,7 @@ private:
             share[c] =
                 select(scattered, value.diffuse[c] / select(scattered, total[c], T(1)), T(0));
         }
-        s_.paths.template set3<T>(kDiffuseShare, g.to, share);
+        s_.paths.template set<T>(kDiffuseShare, g.write, {share, T(0)});
     }
 
     KernelState<T>& s_;

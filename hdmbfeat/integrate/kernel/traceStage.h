@@ -2,6 +2,8 @@
 // shadow rays pass.
 #pragma once
 
+#include <numeric>
+
 #include "integrate/kernel/hitLanes.h"
 #include "integrate/kernel/kernelState.h"
 #include "integrate/surfacePoint.h"
@@ -37,14 +39,10 @@ public:
     /// Traces the queue of shadow rays and adds what passes: contributions of `vertex`.
     template <bool Record>
     void shadows(int vertex) {
-        ShadowQueue& queue = s_.shadows;
+        const ShadowQueue& queue = s_.shadows;
         std::vector<std::int32_t>& order = s_.shadowOrder;
-        order.clear();
-        for (std::int32_t i = 0; i < queue.size(); ++i) {
-            if (queue.slots()[i] >= 0) {
-                order.push_back(i);
-            }
-        }
+        order.resize(static_cast<std::size_t>(queue.size()));
+        std::iota(order.begin(), order.end(), 0);
         if (accel_.mayCutOut()) {
             for (const std::int32_t entry : order) {
                 addShadowed<Record>(vertex, entry, visibility(entry));
@@ -82,22 +80,16 @@ private:
             const auto g = s_.group(slots, left);
             alignas(64) typename EmbreePacket<kPacket>::RayHit query;
             alignas(64) int valid[kPacket];
-            const auto load = [&](float* to, int plane) {
-                storeLanes<T>(to, paths.template get<T>(plane, g.from));
-            };
-            load(query.ray.org_x, kOrigin);
-            load(query.ray.org_y, kOrigin + 1);
-            load(query.ray.org_z, kOrigin + 2);
-            load(query.ray.dir_x, kDirection);
-            load(query.ray.dir_y, kDirection + 1);
-            load(query.ray.dir_z, kDirection + 2);
-            if (vertex == 0) {
-                load(query.ray.tnear, kNear);
-                load(query.ray.tfar, kFar);
-            } else {
-                storeLanes<T>(query.ray.tnear, T(kSurfaceNear));
-                storeLanes<T>(query.ray.tfar, T(kInfinity));
-            }
+            const LaneQuad<T> from = paths.template get<T>(kOrigin, g.read);
+            const LaneQuad<T> along = paths.template get<T>(kDirection, g.read);
+            storeLanes<T>(query.ray.org_x, from.x);
+            storeLanes<T>(query.ray.org_y, from.y);
+            storeLanes<T>(query.ray.org_z, from.z);
+            storeLanes<T>(query.ray.tnear, from.w);
+            storeLanes<T>(query.ray.dir_x, along.x);
+            storeLanes<T>(query.ray.dir_y, along.y);
+            storeLanes<T>(query.ray.dir_z, along.z);
+            storeLanes<T>(query.ray.tfar, along.w);
             storeLanes<T>(query.ray.time, T(0));
             for (int i = 0; i < kPacket; ++i) {
                 valid[i] = i < g.count ? -1 : 0;
@@ -116,12 +108,10 @@ private:
             s_.counts.rays += static_cast<std::uint64_t>(g.count);
         } else {
             const std::int32_t slot = slots[0];
-            const float tNear = vertex == 0 ? paths.plane(kNear)[slot] : kSurfaceNear;
-            const float tFar = vertex == 0 ? paths.plane(kFar)[slot] : kInfinity;
             ++s_.counts.rays;
             take(slot, vertex,
-                 accel_.intersect(paths.get3(kOrigin, slot), paths.get3(kDirection, slot), tNear,
-                                  tFar, vertex == 0));
+                 accel_.intersect(paths.get3(kOrigin, slot), paths.get3(kDirection, slot),
+                                  paths.value(kNear, slot), paths.value(kFar, slot), vertex == 0));
         }
     }
 
@@ -136,21 +126,21 @@ private:
         if (hidden || maybeThere) {
             distance = pass(slot, vertex, hit);
         }
-        paths.plane(kDistance)[slot] = distance;
+        paths.value(kDistance, slot) = distance;
         switch (hit.kind) {
         case RayHit::Kind::kNone:
             s_.misses.push_back(slot);
             break;
         case RayHit::Kind::kLight:
-            paths.ints(kHitTriangle)[slot] = static_cast<std::int32_t>(hit.light);
+            paths.integer(kHitTriangle, slot) = static_cast<std::int32_t>(hit.light);
             s_.lights.push_back(slot);
             break;
         case RayHit::Kind::kSurface:
-            paths.ints(kHitGeometry)[slot] = static_cast<std::int32_t>(hit.geometry);
-            paths.ints(kHitInstance)[slot] = static_cast<std::int32_t>(hit.instance);
-            paths.ints(kHitTriangle)[slot] = static_cast<std::int32_t>(hit.triangle);
-            paths.plane(kHitB1)[slot] = hit.b1;
-            paths.plane(kHitB2)[slot] = hit.b2;
+            paths.integer(kHitGeometry, slot) = static_cast<std::int32_t>(hit.geometry);
+            paths.integer(kHitInstance, slot) = static_cast<std::int32_t>(hit.instance);
+            paths.integer(kHitTriangle, slot) = static_cast<std::int32_t>(hit.triangle);
+            paths.value(kHitB1, slot) = hit.b1;
+            paths.value(kHitB2, slot) = hit.b2;
             s_.surfaces.push_back(slot);
             break;
         }
@@ -161,7 +151,7 @@ private:
         const LightSampler& lights = s_.context->lights;
         Float3 origin = s_.paths.get3(kOrigin, slot);
         const Float3 direction = s_.paths.get3(kDirection, slot);
-        float tFar = vertex == 0 ? s_.paths.plane(kFar)[slot] : kInfinity;
+        float tFar = s_.paths.value(kFar, slot);
         float distance = 0.0F;
         float u = -1.0F;
         for (int passes = 0; passes < kMaxPasses; ++passes) {
@@ -209,26 +199,24 @@ private:
         if constexpr (kPackets) {
             alignas(64) typename EmbreePacket<kPacket>::Ray query;
             alignas(64) int valid[kPacket];
-            alignas(64) std::int32_t places[kPacket];
+            std::int32_t rows[kPacket];
             const int count = static_cast<int>(std::min<std::size_t>(left, kPacket));
             for (int i = 0; i < kPacket; ++i) {
-                places[i] = entries[i < count ? i : 0];
+                rows[i] = entries[i < count ? i : 0];
                 valid[i] = i < count ? -1 : 0;
                 query.mask[i] = ~0U;
                 query.id[i] = 0;
                 query.flags[i] = 0;
             }
-            const IntLane<T> place = loadIntLanes<T>(places);
-            const auto load = [&](float* to, int plane) {
-                storeLanes<T>(to, gatherLanes<T>(queue.plane(plane), place));
-            };
-            load(query.org_x, kShadowOrigin);
-            load(query.org_y, kShadowOrigin + 1);
-            load(query.org_z, kShadowOrigin + 2);
-            load(query.dir_x, kShadowDirection);
-            load(query.dir_y, kShadowDirection + 1);
-            load(query.dir_z, kShadowDirection + 2);
-            load(query.tfar, kShadowFar);
+            const LaneQuad<T> from = queue.get<T>(kShadowOrigin, rows);
+            const LaneQuad<T> along = queue.get<T>(kShadowDirection, rows);
+            storeLanes<T>(query.org_x, from.x);
+            storeLanes<T>(query.org_y, from.y);
+            storeLanes<T>(query.org_z, from.z);
+            storeLanes<T>(query.dir_x, along.x);
+            storeLanes<T>(query.dir_y, along.y);
+            storeLanes<T>(query.dir_z, along.z);
+            storeLanes<T>(query.tfar, from.w);
             storeLanes<T>(query.tnear, T(kSurfaceNear));
             storeLanes<T>(query.time, T(0));
             accel_.template occludedPacket<kPacket>(valid, query);
@@ -238,23 +226,20 @@ private:
             if (none(passed)) {
                 return;
             }
-            const auto load3 = [&](int plane) {
-                return Vec3<T>(gatherLanes<T>(queue.plane(plane), place),
-                               gatherLanes<T>(queue.plane(plane + 1), place),
-                               gatherLanes<T>(queue.plane(plane + 2), place));
-            };
-            const IntLane<T> slot = s_.writeIf(passed, gatherIntLanes<T>(queue.slots(), place));
-            s_.addContribution(vertex, slot,
-                               clampTo<T>(load3(kShadowContribution), limitOf(vertex)));
+            alignas(64) std::int32_t slots[kPacket];
+            storeIntLanes<T>(slots, s_.writeIf(passed, bitsOf(along.w)));
+            s_.addContribution(
+                vertex, slots,
+                clampTo<T>(queue.get<T>(kShadowContribution, rows).xyz(), limitOf(vertex)));
             if (Record && vertex < kFeatureVertices) {
                 s_.setRecord3(MBFEAT_RECORD_FIELD(features[0].direct) + kVertexStride * vertex,
-                              slot, load3(kShadowDirect));
+                              slots, queue.get<T>(kShadowDirect, rows).xyz());
             }
         } else {
             const std::int32_t entry = entries[0];
             const bool blocked = accel_.occluded(queue.get3(kShadowOrigin, entry),
                                                  queue.get3(kShadowDirection, entry), kSurfaceNear,
-                                                 queue.plane(kShadowFar)[entry]);
+                                                 queue.value(kShadowFar, entry));
             addShadowed<Record>(vertex, entry, blocked ? 0.0F : 1.0F);
         }
     }
@@ -265,7 +250,7 @@ private:
             return;
         }
         const ShadowQueue& queue = s_.shadows;
-        const std::int32_t slot = queue.slots()[entry];
+        const std::int32_t slot = queue.slot(entry);
         s_.addContributionOf(
             slot, vertex,
             clampTo(queue.get3(kShadowContribution, entry) * visible, limitOf(vertex)));
@@ -279,7 +264,7 @@ private:
     float visibility(std::int32_t entry) {
         Float3 origin = s_.shadows.get3(kShadowOrigin, entry);
         const Float3 direction = s_.shadows.get3(kShadowDirection, entry);
-        float tFar = s_.shadows.plane(kShadowFar)[entry];
+        float tFar = s_.shadows.value(kShadowFar, entry);
         float passed = 1.0F;
         for (int pass = 0; pass < kMaxPasses; ++pass) {
             ++s_.counts.shadowRays;
