@@ -38,39 +38,62 @@ bool overflowsHalf(float value) {
     return std::abs(value) > kLargestHalf; // false for NaN, which a half can hold
 }
 
-/// Fills the layer's buffers; returns the pixels in the file's type.
-const char* resolveSlab(LayerWriter& writer, const Film& film, int firstRow, int rows) {
+/// Makes room for `rows` rows; returns the pixels in the file's type.
+const char* prepareSlab(LayerWriter& writer, const Film& film, int rows) {
     const std::size_t size = static_cast<std::size_t>(film.window().data.width) *
                              static_cast<std::size_t>(rows) *
                              static_cast<std::size_t>(writer.layer.aov.width());
     if (writer.layer.type == PixelType::kUInt) {
         writer.ints.resize(size);
-        film.resolveRowsInt(writer.boundAov, firstRow, rows, writer.ints.data());
         return reinterpret_cast<const char*>(writer.ints.data());
     }
     writer.floats.resize(size);
-    film.resolveRows(writer.boundAov, firstRow, rows, writer.floats.data());
     if (writer.layer.type == PixelType::kFloat) {
         return reinterpret_cast<const char*>(writer.floats.data());
     }
     writer.halves.resize(size);
-    for (std::size_t i = 0; i < size; ++i) {
-        const float value = writer.floats[i];
-        writer.halves[i] = half(overflowsHalf(value) ? std::copysign(kLargestHalf, value) : value);
-    }
     return reinterpret_cast<const char*>(writer.halves.data());
 }
 
+/// Fills row `row` of the slab; returns how many of its values no half can hold.
+std::uint64_t fillRow(LayerWriter& writer, const FilmRow& filmRow, int width, int row) {
+    const auto count = static_cast<std::size_t>(width * writer.layer.aov.width());
+    const std::size_t first = static_cast<std::size_t>(row) * count;
+    if (writer.layer.type == PixelType::kUInt) {
+        filmRow.resolveInt(writer.boundAov, writer.ints.data() + first);
+        return 0;
+    }
+    float* const floats = writer.floats.data() + first;
+    filmRow.resolve(writer.boundAov, floats);
+    if (writer.layer.type == PixelType::kFloat) {
+        return 0;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+        const float value = floats[i];
+        writer.halves[first + i] =
+            half(overflowsHalf(value) ? std::copysign(kLargestHalf, value) : value);
+    }
+    return static_cast<std::uint64_t>(std::count_if(floats, floats + count, overflowsHalf));
+}
+
 /// The header is written before the pixels, so what has to be said there is counted first.
-void countClamped(LayerWriter& writer, const Film& film) {
-    if (writer.layer.type != PixelType::kHalf) {
+void countClamped(std::vector<LayerWriter>& writers, const Film& film) {
+    const auto isHalf = [](const LayerWriter& writer) {
+        return writer.layer.type == PixelType::kHalf;
+    };
+    if (std::none_of(writers.begin(), writers.end(), isHalf)) {
         return;
     }
-    const int height = film.window().data.height;
-    for (int row = 0; row < height; row += kSlabRows) {
-        resolveSlab(writer, film, row, std::min(kSlabRows, height - row));
-        writer.clamped += static_cast<std::uint64_t>(
-            std::count_if(writer.floats.begin(), writer.floats.end(), overflowsHalf));
+    const PixelRect& data = film.window().data;
+    FilmRow filmRow(film);
+    for (int row = 0; row < data.height; ++row) {
+        filmRow.read(row);
+        for (LayerWriter& writer : writers) {
+            if (isHalf(writer)) {
+                prepareSlab(writer, film, 1);
+                writer.clamped += fillRow(writer, filmRow, data.width, 0);
+            }
+        }
     }
 }
 
@@ -99,9 +122,9 @@ std::vector<LayerWriter> bindLayers(const ProductSpec& product, const Film& film
         LayerWriter writer;
         writer.boundAov = film.findBound(layer.aov.name);
         writer.layer = std::move(layer);
-        countClamped(writer, film);
         writers.push_back(std::move(writer));
     }
+    countClamped(writers, film);
     return writers;
 }
 
@@ -130,12 +153,13 @@ Imf::Header partHeader(const ProductSpec& product, const Film& film, const Rende
 
 void writePart(Imf::OutputPart& file, const Part& part, const Film& film) {
     const PixelRect& data = film.window().data;
+    FilmRow filmRow(film);
     for (int row = 0; row < data.height; row += kSlabRows) {
         const int rows = std::min(kSlabRows, data.height - row);
         Imf::FrameBuffer frameBuffer;
         for (LayerWriter* const writer : part) {
             const ExrLayer& layer = writer->layer;
-            const char* const pixels = resolveSlab(*writer, film, row, rows);
+            const char* const pixels = prepareSlab(*writer, film, rows);
             const std::size_t valueBytes = pixelTypeBytes(layer.type);
             const auto channels = static_cast<std::size_t>(layer.aov.width());
             const std::size_t pixelBytes = valueBytes * channels;
@@ -145,6 +169,12 @@ void writePart(Imf::OutputPart& file, const Part& part, const Film& film) {
                                                     pixels + c * valueBytes,
                                                     Imath::V2i(data.x, data.y + row), data.width,
                                                     rows, pixelBytes));
+            }
+        }
+        for (int i = 0; i < rows; ++i) {
+            filmRow.read(row + i);
+            for (LayerWriter* const writer : part) {
+                fillRow(*writer, filmRow, data.width, i);
             }
         }
         file.setFrameBuffer(frameBuffer);

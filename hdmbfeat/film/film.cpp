@@ -24,6 +24,24 @@ static_assert(sizeof(PathRecord::features) == kFeatureFloats * sizeof(float));
 // The AOV color reads its alpha behind its radiance.
 static_assert(offsetof(PathRecord, alpha) == offsetof(PathRecord, radiance) + sizeof(Rgb));
 
+constexpr int kSumsAtOnce = 16;
+constexpr int kMostChannels = 4; ///< of an AOV
+
+/// Adds weight x value of `Count` neighbouring words of every record to as many sums.
+template <int Count>
+void addRun(double* sums, const PathRecord* records, int recordCount, int word) {
+    double total[Count];
+    std::copy(sums, sums + Count, total);
+    for (int i = 0; i < recordCount; ++i) {
+        const double weight = records[i].filterWeight;
+        const float* const values = reinterpret_cast<const float*>(records + i) + word;
+        for (int c = 0; c < Count; ++c) {
+            total[c] += weight * static_cast<double>(values[c]);
+        }
+    }
+    std::copy(total, total + Count, sums);
+}
+
 std::int32_t toInt(float value) {
     constexpr float kLimit = 2147483520.0F; // the largest float below 2^31
     return std::isnan(value) ? 0 : static_cast<std::int32_t>(std::clamp(value, -kLimit, kLimit));
@@ -66,17 +84,37 @@ struct Film::Impl {
         return static_cast<std::size_t>(y - window.data.y) * window.data.width +
                static_cast<std::size_t>(x - window.data.x);
     }
-    /// The pixel is held and has `count` samples.
-    void add(std::size_t pixel, std::uint32_t count, const PathRecord& record);
+    double* sumsOf(std::size_t pixel) {
+        return sums->data() + pixel * static_cast<std::size_t>(sumStride);
+    }
+    const double* sumsOf(std::size_t pixel) const {
+        return sums->data() + pixel * static_cast<std::size_t>(sumStride);
+    }
+    std::uint32_t* wordsOf(std::size_t pixel) {
+        return words->data() + pixel * static_cast<std::size_t>(wordStride);
+    }
+    const std::uint32_t* wordsOf(std::size_t pixel) const {
+        return words->data() + pixel * static_cast<std::size_t>(wordStride);
+    }
+    // The pixel is held.
+    void start(std::size_t pixel);
+    void addMeans(std::size_t pixel, const PathRecord* records, int recordCount);
+    void addOthers(std::size_t pixel, std::uint32_t count, const PathRecord& record);
     void keep(std::size_t pixel, std::uint32_t index, const PathRecord& record);
     void addNearest(std::uint32_t* pixelWords, bool first, const PathRecord& record) const;
 
-    void resolveMean(const AovDescriptor& aov, int slot, std::size_t pixel, std::uint32_t count,
-                     float* out) const;
-    void resolveVariance(std::size_t pixel, std::uint32_t count, float* out) const;
-    std::uint32_t nonFinite(std::size_t pixel) const;
+    /// What a pixel holds, in the film while it is held or in a copy.
+    struct PixelValues {
+        std::uint32_t count;
+        const double* sums;
+        const std::uint32_t* words;
+    };
+    static void resolveMean(const PixelValues& pixel, int slot, int width, float* out);
+    void resolveVariance(const PixelValues& pixel, float* out) const;
     template <class T>
-    void resolveRows(int aovIndex, int firstRow, int rowCount, T* out) const;
+    void resolvePixel(int aovIndex, const PixelValues& pixel, T* out) const;
+    template <class T>
+    void resolveAll(int aovIndex, T* out) const;
 };
 
 Film::Impl::Impl(const FilmRequest& request) : window(request.window) {
@@ -230,40 +268,53 @@ void Film::add(int x, int y, const PathRecord* records, int recordCount) {
     Impl& impl = *impl_;
     const std::size_t pixel = impl.pixelIndex(x, y);
     HeldPixel held(impl.counts->data()[pixel]);
+    if (held.count() == 0) {
+        impl.start(pixel);
+    }
+    impl.addMeans(pixel, records, recordCount);
     for (int i = 0; i < recordCount; ++i) {
-        impl.add(pixel, held.count(), records[i]);
+        impl.addOthers(pixel, held.count(), records[i]);
         held.setCount(held.count() + 1);
     }
 }
 
-void Film::Impl::add(std::size_t pixel, std::uint32_t count, const PathRecord& record) {
-    double* const pixelSums = sums->data() + pixel * static_cast<std::size_t>(sumStride);
-    std::uint32_t* const pixelWords = words->data() + pixel * static_cast<std::size_t>(wordStride);
-    if (count == 0) {
-        // clear() only resets the counts, so that a restart does not touch the whole film.
-        std::memset(pixelSums, 0, static_cast<std::size_t>(sumStride) * sizeof(double));
-        std::memset(pixelWords, 0, static_cast<std::size_t>(wordStride) * sizeof(std::uint32_t));
-    }
+/// clear() only resets the counts, so that a restart does not touch the whole film.
+void Film::Impl::start(std::size_t pixel) {
+    std::memset(sumsOf(pixel), 0, static_cast<std::size_t>(sumStride) * sizeof(double));
+    std::memset(wordsOf(pixel), 0, static_cast<std::size_t>(wordStride) * sizeof(std::uint32_t));
+}
 
-    const double weight = record.filterWeight;
-    const auto* const values = reinterpret_cast<const float*>(&record);
-    pixelSums[0] += weight;
-    double* __restrict out = pixelSums + 1;
+/// A few sums at a time stay in registers while all samples pass: a sum's order is that of the
+/// samples, and memory is read and written once.
+void Film::Impl::addMeans(std::size_t pixel, const PathRecord* records, int recordCount) {
+    double* const pixelSums = sumsOf(pixel);
+    for (int i = 0; i < recordCount; ++i) {
+        pixelSums[0] += static_cast<double>(records[i].filterWeight);
+    }
+    double* out = pixelSums + 1;
     for (const Run& run : means.runs()) {
-        const float* __restrict in = values + run.word;
-        for (int i = 0; i < run.count; ++i) {
-            out[i] += weight * static_cast<double>(in[i]);
+        int done = 0;
+        for (; done + kSumsAtOnce <= run.count; done += kSumsAtOnce) {
+            addRun<kSumsAtOnce>(out + done, records, recordCount, run.word + done);
+        }
+        for (; done < run.count; ++done) {
+            addRun<1>(out + done, records, recordCount, run.word + done);
         }
         out += run.count;
     }
+}
+
+/// All but the means, of a pixel that has `count` samples.
+void Film::Impl::addOthers(std::size_t pixel, std::uint32_t count, const PathRecord& record) {
     if (hasVariance) {
-        addToSpread(pixelSums + spreadSlot, record.radiance, weight);
+        addToSpread(sumsOf(pixel) + spreadSlot, record.radiance,
+                    static_cast<double>(record.filterWeight));
     }
     if (hasNearest) {
-        addNearest(pixelWords, count == 0, record);
+        addNearest(wordsOf(pixel), count == 0, record);
     }
     if (hasNonFinite) {
-        pixelWords[nonFiniteSlot] += record.nonFinite ? 1U : 0U;
+        wordsOf(pixel)[nonFiniteSlot] += record.nonFinite ? 1U : 0U;
     }
     if (count < capacity) {
         keep(pixel, count, record);
@@ -290,43 +341,35 @@ std::uint32_t Film::sampleCount(int x, int y) const {
     return impl_->counts->data()[impl_->pixelIndex(x, y)].load();
 }
 
-void Film::Impl::resolveMean(const AovDescriptor& aov, int slot, std::size_t pixel,
-                             std::uint32_t count, float* out) const {
-    const double* const pixelSums = sums->data() + pixel * static_cast<std::size_t>(sumStride);
+void Film::Impl::resolveMean(const PixelValues& pixel, int slot, int width, float* out) {
     // Filters with negative lobes can cancel while samples are few: then the plain mean is the
     // better estimate.
-    const double total = pixelSums[0] != 0.0 ? pixelSums[0] : count;
-    for (int c = 0; c < aov.width(); ++c) {
-        out[c] = static_cast<float>(pixelSums[slot + c] / total);
+    const double scale = 1.0 / (pixel.sums[0] != 0.0 ? pixel.sums[0] : pixel.count);
+    for (int c = 0; c < width; ++c) {
+        out[c] = static_cast<float>(pixel.sums[slot + c] * scale);
     }
 }
 
 /// Variance of the ratio sum w x / sum w by linearisation, n / (n - 1) sum w^2 (x - m)^2 / (sum
 /// w)^2: with equal weights the unbiased s^2 / n.
-void Film::Impl::resolveVariance(std::size_t pixel, std::uint32_t count, float* out) const {
-    const double* const pixelSums = sums->data() + pixel * static_cast<std::size_t>(sumStride);
-    const double n = count;
-    const double total = pixelSums[0];
+void Film::Impl::resolveVariance(const PixelValues& pixel, float* out) const {
+    const double n = pixel.count;
+    const double total = pixel.sums[0];
     if (n < 2.0 || total == 0.0) {
         std::fill(out, out + 3, 0.0F);
         return;
     }
-    const Spread spread = readSpread(pixelSums + spreadSlot);
+    const Spread spread = readSpread(pixel.sums + spreadSlot);
     const int colorSlot = 1 + means.slot(aovs.front().recordOffset);
     for (int c = 0; c < 3; ++c) {
-        const double shift = spread.mean[c] - pixelSums[colorSlot + c] / total;
+        const double shift = spread.mean[c] - pixel.sums[colorSlot + c] / total;
         const double squares = spread.squares[c] + spread.weight * shift * shift;
         out[c] = static_cast<float>(n / (n - 1.0) * squares / (total * total));
     }
 }
 
-std::uint32_t Film::Impl::nonFinite(std::size_t pixel) const {
-    return words->data()[pixel * static_cast<std::size_t>(wordStride) +
-                         static_cast<std::size_t>(nonFiniteSlot)];
-}
-
 template <class T>
-void Film::Impl::resolveRows(int aovIndex, int firstRow, int rowCount, T* out) const {
+void Film::Impl::resolvePixel(int aovIndex, const PixelValues& pixel, T* out) const {
     const AovDescriptor& aov = aovs[static_cast<std::size_t>(aovIndex)];
     const int slot = slots[static_cast<std::size_t>(aovIndex)];
     const int width = aov.width();
@@ -337,54 +380,91 @@ void Film::Impl::resolveRows(int aovIndex, int firstRow, int rowCount, T* out) c
             return toInt(value);
         }
     };
-    const std::size_t columns = static_cast<std::size_t>(window.data.width);
-    const std::size_t first = static_cast<std::size_t>(firstRow) * columns;
-    const std::size_t last = first + static_cast<std::size_t>(rowCount) * columns;
-    std::vector<float> values(static_cast<std::size_t>(width));
-    for (std::size_t pixel = first; pixel < last; ++pixel, out += width) {
-        const HeldPixel held(counts->data()[pixel]);
-        if (held.count() == 0) {
-            std::fill(out, out + width, convert(aov.clearValue));
-            continue;
-        }
-        if (aov.reduction == AovReduction::kSum) {
-            const bool ofSamples = aov.recordOffset == kNoRecordField;
-            *out = static_cast<T>(ofSamples ? held.count() : nonFinite(pixel));
-            continue;
-        }
-        if (aov.reduction == AovReduction::kMean) {
-            resolveMean(aov, slot, pixel, held.count(), values.data());
-        } else if (aov.reduction == AovReduction::kVariance) {
-            resolveVariance(pixel, held.count(), values.data());
-        } else {
-            const std::uint32_t* const in =
-                words->data() + pixel * static_cast<std::size_t>(wordStride) + slot;
-            if (aov.type == AovType::kInt) {
-                for (int c = 0; c < width; ++c) {
-                    out[c] = convert(static_cast<std::int32_t>(in[c]));
-                }
-                continue;
+    if (pixel.count == 0) {
+        std::fill(out, out + width, convert(aov.clearValue));
+        return;
+    }
+    float values[kMostChannels];
+    switch (aov.reduction) {
+    case AovReduction::kSum: {
+        const bool ofSamples = aov.recordOffset == kNoRecordField;
+        *out = static_cast<T>(ofSamples ? pixel.count : pixel.words[nonFiniteSlot]);
+        return;
+    }
+    case AovReduction::kMean:
+        resolveMean(pixel, slot, width, values);
+        break;
+    case AovReduction::kVariance:
+        resolveVariance(pixel, values);
+        break;
+    case AovReduction::kNearest:
+        if (aov.type == AovType::kInt) {
+            for (int c = 0; c < width; ++c) {
+                out[c] = convert(static_cast<std::int32_t>(pixel.words[slot + c]));
             }
-            std::memcpy(values.data(), in, values.size() * sizeof(float));
+            return;
         }
-        std::transform(values.begin(), values.end(), out, convert);
+        std::memcpy(values, pixel.words + slot, static_cast<std::size_t>(width) * sizeof(float));
+        break;
+    }
+    std::transform(values, values + width, out, convert);
+}
+
+template <class T>
+void Film::Impl::resolveAll(int aovIndex, T* out) const {
+    const int width = aovs[static_cast<std::size_t>(aovIndex)].width();
+    for (std::size_t pixel = 0; pixel < pixelCount(); ++pixel, out += width) {
+        const HeldPixel held(counts->data()[pixel]);
+        resolvePixel(aovIndex, {held.count(), sumsOf(pixel), wordsOf(pixel)}, out);
     }
 }
 
+FilmRow::FilmRow(const Film& film)
+    : film_(*film.impl_),
+      counts_(static_cast<std::size_t>(film_.window.data.width)),
+      sums_(counts_.size() * static_cast<std::size_t>(film_.sumStride)),
+      words_(counts_.size() * static_cast<std::size_t>(film_.wordStride)) {}
+
+void FilmRow::read(int row) {
+    const auto sumStride = static_cast<std::size_t>(film_.sumStride);
+    const auto wordStride = static_cast<std::size_t>(film_.wordStride);
+    const std::size_t first = static_cast<std::size_t>(row) * counts_.size();
+    for (std::size_t i = 0; i < counts_.size(); ++i) {
+        const HeldPixel held(film_.counts->data()[first + i]);
+        counts_[i] = held.count();
+        const double* const sums = film_.sumsOf(first + i);
+        std::copy(sums, sums + sumStride, sums_.data() + i * sumStride);
+        const std::uint32_t* const words = film_.wordsOf(first + i);
+        std::copy(words, words + wordStride, words_.data() + i * wordStride);
+    }
+}
+
+template <class T>
+void FilmRow::resolveTo(int aovIndex, T* out) const {
+    const auto sumStride = static_cast<std::size_t>(film_.sumStride);
+    const auto wordStride = static_cast<std::size_t>(film_.wordStride);
+    const int width = film_.aovs[static_cast<std::size_t>(aovIndex)].width();
+    for (std::size_t i = 0; i < counts_.size(); ++i, out += width) {
+        film_.resolvePixel(
+            aovIndex, {counts_[i], sums_.data() + i * sumStride, words_.data() + i * wordStride},
+            out);
+    }
+}
+
+void FilmRow::resolve(int aovIndex, float* out) const {
+    resolveTo(aovIndex, out);
+}
+
+void FilmRow::resolveInt(int aovIndex, std::int32_t* out) const {
+    resolveTo(aovIndex, out);
+}
+
 void Film::resolve(int aovIndex, float* out) const {
-    resolveRows(aovIndex, 0, impl_->window.data.height, out);
+    impl_->resolveAll(aovIndex, out);
 }
 
 void Film::resolveInt(int aovIndex, std::int32_t* out) const {
-    resolveRowsInt(aovIndex, 0, impl_->window.data.height, out);
-}
-
-void Film::resolveRows(int aovIndex, int firstRow, int rowCount, float* out) const {
-    impl_->resolveRows(aovIndex, firstRow, rowCount, out);
-}
-
-void Film::resolveRowsInt(int aovIndex, int firstRow, int rowCount, std::int32_t* out) const {
-    impl_->resolveRows(aovIndex, firstRow, rowCount, out);
+    impl_->resolveAll(aovIndex, out);
 }
 
 int Film::findBound(const std::string& name) const {

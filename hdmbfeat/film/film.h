@@ -72,9 +72,6 @@ public:
     /// AOV gives its values as floats, resolveInt() of a kFloat one rounds towards zero.
     void resolve(int aovIndex, float* out) const;
     void resolveInt(int aovIndex, std::int32_t* out) const;
-    /// The same for rows [firstRow, firstRow + rowCount) of the data window.
-    void resolveRows(int aovIndex, int firstRow, int rowCount, float* out) const;
-    void resolveRowsInt(int aovIndex, int firstRow, int rowCount, std::int32_t* out) const;
     /// Index into aovs(), or -1.
     int findBound(const std::string& name) const;
 
@@ -87,8 +84,31 @@ public:
     std::size_t bytes() const;
 
 private:
+    friend class FilmRow;
     struct Impl;
     std::unique_ptr<Impl> impl_;
+};
+
+/// A copy of one row of a film, for those that resolve many AOVs: pixel by pixel they would come
+/// back to the same memory again and again. The film must outlive it.
+class FilmRow {
+public:
+    explicit FilmRow(const Film& film);
+
+    /// Copies row `row` of the data window, as it is at that moment.
+    void read(int row);
+    /// As Film::resolve() and Film::resolveInt(), of that row.
+    void resolve(int aovIndex, float* out) const;
+    void resolveInt(int aovIndex, std::int32_t* out) const;
+
+private:
+    template <class T>
+    void resolveTo(int aovIndex, T* out) const;
+
+    const Film::Impl& film_;
+    std::vector<std::uint32_t> counts_;
+    std::vector<double> sums_;
+    std::vector<std::uint32_t> words_;
 };
 
 } // namespace mbfeat

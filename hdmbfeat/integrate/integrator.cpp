@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cstring>
 #include <string>
 
 #include "core/pixelFilter.h"
@@ -28,15 +29,27 @@ std::size_t shardOfThread() {
     return shard;
 }
 
-/// Paths of a batch. Small ones stay in the second-level cache; where the acceleration structure
-/// does not, large ones give the sorting of rays something to sort.
-constexpr int kSmallBatch = 4096;
-constexpr int kRecordedBatch = 1024; ///< of small scenes when records are whole: 700 bytes a path
+/// Paths of a batch. Small ones stay in the second-level cache, records and all; where the
+/// acceleration structure does not, large ones give the sorting of rays something to sort.
+constexpr int kSmallBatch = 2048;
 constexpr int kLargeBatch = 32768;
 constexpr std::size_t kLargeScene = 100000;
 
 /// Only this many bad samples are logged one by one; all are counted.
 constexpr int kLoggedNonFinite = 8;
+
+/// Whether none of the floats is infinite or NaN. On their bits, which compilers can do many at a
+/// time.
+bool allFinite(const float* values, int count) {
+    constexpr std::uint32_t kInfinite = 0x7f800000;
+    std::uint32_t largest = 0;
+    for (int i = 0; i < count; ++i) {
+        std::uint32_t bits = 0;
+        std::memcpy(&bits, values + i, sizeof(bits));
+        largest = std::max(largest, bits & 0x7fffffffU);
+    }
+    return largest < kInfinite;
+}
 
 /// Looks at what is recorded; the rest of a record may be left from another path.
 bool finiteRecord(const PathRecord& record, std::uint32_t recordFlags) {
@@ -48,10 +61,8 @@ bool finiteRecord(const PathRecord& record, std::uint32_t recordFlags) {
         }
     }
     if ((recordFlags & kRecordFeatures) != 0) {
-        for (int k = 0; k < record.vertexCount; ++k) {
-            finite = finite && isFinite(record.features[k].albedo) &&
-                     isFinite(record.features[k].normal) && isFinite(record.features[k].direct);
-        }
+        constexpr int kFloats = kFeatureVertices * (sizeof(VertexFeatures) / sizeof(float));
+        finite = finite && allFinite(&record.features[0].albedo.x, kFloats);
     }
     return finite;
 }
@@ -180,9 +191,8 @@ std::unique_ptr<PathWorker> Integrator::makeWorker() const {
     const Impl& m = *impl_;
     const bool large = m.accel.triangleCount() + m.accel.instanceCount() >= kLargeScene;
     const bool allFields =
-        (m.request.recordFlags & kPathRecordFlags) != 0 || m.lightsHaveMultipliers;
-    const int small = m.request.recordFlags == kRecordColor ? kSmallBatch : kRecordedBatch;
-    return makePathWorker(m.request.options.kernel, large ? kLargeBatch : small, allFields);
+        (m.request.recordFlags & kRecordFirstNonDelta) != 0 || m.lightsHaveMultipliers;
+    return makePathWorker(m.request.options.kernel, large ? kLargeBatch : kSmallBatch, allFields);
 }
 
 bool Integrator::trace(PathWorker& worker, const PixelSample* samples, int count,

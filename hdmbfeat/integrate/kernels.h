@@ -15,8 +15,8 @@ Kernel chooseKernel(Kernel wanted);
 /// "scalar", "avx2" or "avx512".
 const char* kernelName(Kernel kernel);
 
-/// A worker for batches of up to `capacity` paths. `allFields`: paths are recorded, or lights have
-/// multipliers. `kernel` is an answer of chooseKernel().
+/// A worker for batches of up to `capacity` paths. `allFields`: the first vertex without a delta is
+/// recorded, or lights have multipliers. `kernel` is an answer of chooseKernel().
 std::unique_ptr<PathWorker> makePathWorker(Kernel kernel, int capacity, bool allFields);
 
 PathWorker* makeScalarWorker(int capacity, bool allFields);

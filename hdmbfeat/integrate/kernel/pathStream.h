@@ -61,7 +61,7 @@ enum PathField : int {
     kFlags = 31,
     kPathFields = 32,
 
-    // Only where paths are recorded or lights have multipliers.
+    // Only where the first vertex without a delta is recorded or lights have multipliers.
     kTint = 32,       ///< of the delta events so far
     kPathLength = 35, ///< up to the last vertex
     kDiffuseShare = 36,
