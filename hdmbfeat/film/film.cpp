@@ -11,6 +11,8 @@
 #include <type_traits>
 #include <utility>
 
+#include <xsimd/xsimd.hpp>
+
 #include "film/filmStorage.h"
 #include "film/pixelCount.h"
 
@@ -24,22 +26,37 @@ static_assert(sizeof(PathRecord::features) == kFeatureFloats * sizeof(float));
 // The AOV color reads its alpha behind its radiance.
 static_assert(offsetof(PathRecord, alpha) == offsetof(PathRecord, radiance) + sizeof(Rgb));
 
-constexpr int kSumsAtOnce = 16;
 constexpr int kMostChannels = 4; ///< of an AOV
 
-/// Adds weight x value of `Count` neighbouring words of every record to as many sums.
-template <int Count>
-void addRun(double* sums, const PathRecord* records, int recordCount, int word) {
-    double total[Count];
-    std::copy(sums, sums + Count, total);
+/// Adds weight x value of `4 Quads` neighbouring words of every record to as many sums.
+template <int Quads>
+void addQuads(double* sums, const PathRecord* records, int recordCount, int word) {
+    using Four = xsimd::batch<double>;
+    static_assert(Four::size <= 4);
+    constexpr int kBatches = Quads * (4 / static_cast<int>(Four::size));
+    Four total[kBatches];
+    for (int k = 0; k < kBatches; ++k) {
+        total[k] = Four::load_unaligned(sums + k * Four::size);
+    }
     for (int i = 0; i < recordCount; ++i) {
-        const double weight = records[i].filterWeight;
+        const Four weight(static_cast<double>(records[i].filterWeight));
         const float* const values = reinterpret_cast<const float*>(records + i) + word;
-        for (int c = 0; c < Count; ++c) {
-            total[c] += weight * static_cast<double>(values[c]);
+        for (int k = 0; k < kBatches; ++k) {
+            total[k] += weight * Four::load_unaligned(values + k * Four::size);
         }
     }
-    std::copy(total, total + Count, sums);
+    for (int k = 0; k < kBatches; ++k) {
+        total[k].store_unaligned(sums + k * Four::size);
+    }
+}
+
+void addOne(double* sum, const PathRecord* records, int recordCount, int word) {
+    double total = *sum;
+    for (int i = 0; i < recordCount; ++i) {
+        const float* const values = reinterpret_cast<const float*>(records + i);
+        total += static_cast<double>(records[i].filterWeight) * static_cast<double>(values[word]);
+    }
+    *sum = total;
 }
 
 std::int32_t toInt(float value) {
@@ -294,11 +311,14 @@ void Film::Impl::addMeans(std::size_t pixel, const PathRecord* records, int reco
     double* out = pixelSums + 1;
     for (const Run& run : means.runs()) {
         int done = 0;
-        for (; done + kSumsAtOnce <= run.count; done += kSumsAtOnce) {
-            addRun<kSumsAtOnce>(out + done, records, recordCount, run.word + done);
+        for (; done + 24 <= run.count; done += 24) {
+            addQuads<6>(out + done, records, recordCount, run.word + done);
+        }
+        for (; done + 4 <= run.count; done += 4) {
+            addQuads<1>(out + done, records, recordCount, run.word + done);
         }
         for (; done < run.count; ++done) {
-            addRun<1>(out + done, records, recordCount, run.word + done);
+            addOne(out + done, records, recordCount, run.word + done);
         }
         out += run.count;
     }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cstring>
 #include <string>
 
 #include "core/pixelFilter.h"
@@ -38,31 +37,14 @@ constexpr std::size_t kLargeScene = 100000;
 /// Only this many bad samples are logged one by one; all are counted.
 constexpr int kLoggedNonFinite = 8;
 
-/// Whether none of the floats is infinite or NaN. On their bits, which compilers can do many at a
-/// time.
-bool allFinite(const float* values, int count) {
-    constexpr std::uint32_t kInfinite = 0x7f800000;
-    std::uint32_t largest = 0;
-    for (int i = 0; i < count; ++i) {
-        std::uint32_t bits = 0;
-        std::memcpy(&bits, values + i, sizeof(bits));
-        largest = std::max(largest, bits & 0x7fffffffU);
-    }
-    return largest < kInfinite;
-}
-
-/// Looks at what is recorded; the rest of a record may be left from another path.
+/// Features were looked at by the kernel, while they were in its registers.
 bool finiteRecord(const PathRecord& record, std::uint32_t recordFlags) {
-    bool finite = isFinite(record.radiance);
+    bool finite = isFinite(record.radiance) && !record.nonFinite;
     if ((recordFlags & kRecordContributions) != 0) {
         finite = finite && isFinite(record.emission) && isFinite(record.tail);
         for (const Rgb& contribution : record.contributions) {
             finite = finite && isFinite(contribution);
         }
-    }
-    if ((recordFlags & kRecordFeatures) != 0) {
-        constexpr int kFloats = kFeatureVertices * (sizeof(VertexFeatures) / sizeof(float));
-        finite = finite && allFinite(&record.features[0].albedo.x, kFloats);
     }
     return finite;
 }

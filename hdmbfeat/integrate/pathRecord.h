@@ -52,14 +52,14 @@ struct VertexExtended {
     std::int32_t event = 0;  ///< PathEvent bits of the scattering that left this vertex
 };
 
-/// Aligned so that what every path writes, up to vertexCount, is one cache line.
+/// Aligned so that what every path writes, up to vertexCount, is in one cache line.
 struct alignas(64) PathRecord {
     Rgb radiance{0.0F}; ///< the sample's estimate of `color`
     float alpha = 0.0F; ///< 1 where the camera ray met something that is not the background
     Float2 subpixel{0.5F, 0.5F}; ///< position in the pixel, 0..1; outside with a wide filter
     float filterWeight = 1.0F;
     bool nonFinite = false;       ///< the sample was not finite and was replaced by zero
-    std::int32_t vertexCount = 0; ///< vertices reached, at most 6: the valid mask is (1 << n) - 1
+    std::uint8_t vertexCount = 0; ///< vertices reached, at most 6: the valid mask is (1 << n) - 1
 
     // Per-vertex features: contiguous, vertex-major, albedo, normal, direct.
     VertexFeatures features[kFeatureVertices];

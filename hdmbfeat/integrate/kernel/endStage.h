@@ -105,8 +105,9 @@ private:
         const Rgb base = largest > 0.0F ? seen.radiance / largest : Rgb(0.0F);
         const Float3 normal = dot(seen.normal, direction) > 0.0F ? -seen.normal : seen.normal;
         PathRecord& record = s_.records[static_cast<std::size_t>(slot)];
-        record.vertexCount = vertex + 1;
+        record.vertexCount = static_cast<std::uint8_t>(vertex + 1);
         record.features[vertex] = {base, normal, Rgb(0.0F)};
+        record.nonFinite = record.nonFinite || !isFinite(base) || !isFinite(normal);
         const std::uint32_t flags = s_.context->recordFlags;
         if ((flags & kRecordExtended) != 0) {
             record.extended[vertex].distance = s_.paths.value(kDistance, slot);

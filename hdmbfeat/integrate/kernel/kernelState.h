@@ -132,6 +132,22 @@ struct KernelState {
         setRecord(field, slots, {v, there.w});
     }
 
+    /// Marks the records of those lanes of which a value is infinite or NaN.
+    void checkFinite(const std::int32_t* slots, const Vec3<T>& a, const Vec3<T>& b) {
+        // Zero times anything finite is zero.
+        const Vec3<T> zeros = a * T(0) + b * T(0);
+        const Mask<T> finite = zeros.x + zeros.y + zeros.z == T(0);
+        if (all(finite)) {
+            return;
+        }
+        const std::uint32_t bits = laneBits(finite);
+        for (int i = 0; i < kWidth; ++i) {
+            if (((bits >> static_cast<unsigned>(i)) & 1U) == 0) {
+                records[static_cast<std::size_t>(slots[i])].nonFinite = true;
+            }
+        }
+    }
+
     /// Adds to the radiance, and to the part of it that `vertex` makes: -1 is seen by the camera
     /// itself, those beyond the features are the tail.
     void addContribution(int vertex, const std::int32_t* slots, const Vec3<T>& value) {

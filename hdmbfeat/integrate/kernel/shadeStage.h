@@ -190,8 +190,10 @@ private:
             const Vec3<T>& n = v.frame.n;
             s_.setRecord(features, g.write, {albedo, n.x});
             s_.setRecord(features + 4, g.write, {n.y, n.z, T(0), T(0)});
+            s_.checkFinite(g.write, albedo, n);
             for (int i = 0; i < g.count; ++i) {
-                s_.records[static_cast<std::size_t>(g.read[i])].vertexCount = vertex + 1;
+                s_.records[static_cast<std::size_t>(g.read[i])].vertexCount =
+                    static_cast<std::uint8_t>(vertex + 1);
             }
             if ((context_.recordFlags & kRecordExtended) != 0) {
                 static_assert(offsetof(VertexExtended, throughput) ==

@@ -232,8 +232,10 @@ private:
                 vertex, slots,
                 clampTo<T>(queue.get<T>(kShadowContribution, rows).xyz(), limitOf(vertex)));
             if (Record && vertex < kFeatureVertices) {
+                const Vec3<T> direct = queue.get<T>(kShadowDirect, rows).xyz();
                 s_.setRecord3(MBFEAT_RECORD_FIELD(features[0].direct) + kVertexStride * vertex,
-                              slots, queue.get<T>(kShadowDirect, rows).xyz());
+                              slots, direct);
+                s_.checkFinite(slots, direct, direct);
             }
         } else {
             const std::int32_t entry = entries[0];
@@ -255,8 +257,9 @@ private:
             slot, vertex,
             clampTo(queue.get3(kShadowContribution, entry) * visible, limitOf(vertex)));
         if (Record && vertex < kFeatureVertices) {
-            s_.records[static_cast<std::size_t>(slot)].features[vertex].direct =
-                queue.get3(kShadowDirect, entry) * visible;
+            PathRecord& record = s_.records[static_cast<std::size_t>(slot)];
+            record.features[vertex].direct = queue.get3(kShadowDirect, entry) * visible;
+            record.nonFinite = record.nonFinite || !isFinite(record.features[vertex].direct);
         }
     }
 

@@ -35,7 +35,7 @@ inline PathRecord makeRecord(int sample) {
         vertex.throughput = triple();
         vertex.event = ++event;
     }
-    record.vertexCount = 1 + sample % kFeatureVertices;
+    record.vertexCount = static_cast<std::uint8_t>(1 + sample % kFeatureVertices);
     record.nonDeltaAlbedo = triple();
     record.nonDeltaNormal = triple();
     record.nonDeltaDepth = value();
