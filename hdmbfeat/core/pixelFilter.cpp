@@ -83,8 +83,9 @@ FilterSampler::FilterSampler(PixelFilter filter, float width)
     }
     for (int i = 0; i < kIntervals; ++i) {
         const double mean = 0.5 * (static_cast<double>(density_[i]) + density_[i + 1]);
-        const double sign =
-            profile(filter, nodePosition(i) + 1.0F / kIntervals) < 0.0F ? -1.0 : 1.0;
+        const bool negative = profile(filter, nodePosition(i) + 1.0F / kIntervals) < 0.0F;
+        const double sign = negative && mean > 0.0 ? -1.0 : 1.0;
+        hasNegative_ = hasNegative_ || sign < 0.0;
         cumulative[i + 1] = cumulative[i] + mean * (2.0 / kIntervals);
         signedArea += sign * mean * (2.0 / kIntervals);
     }
@@ -130,7 +131,8 @@ FilterSample FilterSampler::sample(Float2 u) const {
     }
     const Float2 p{invert(u.x), invert(u.y)};
     result.offset = {radius_ * p.x, radius_ * p.y};
-    const bool negative = (profile(filter_, p.x) < 0.0F) != (profile(filter_, p.y) < 0.0F);
+    const bool negative =
+        hasNegative_ && (profile(filter_, p.x) < 0.0F) != (profile(filter_, p.y) < 0.0F);
     result.weight = negative ? -normalisation_ : normalisation_;
     return result;
 }

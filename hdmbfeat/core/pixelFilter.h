@@ -35,6 +35,7 @@ private:
     /// Where the search in cdf_ starts: the first entry above k / size, for each k.
     std::vector<std::uint16_t> guide_;
     float normalisation_ = 1.0F;
+    bool hasNegative_ = false; ///< the filter has negative lobes
 };
 
 } // namespace mbfeat

@@ -26,6 +26,9 @@ bool keepBuilding(void* stop, double /*fraction*/) {
     return !shouldStop || !shouldStop();
 }
 
+/// Up to so many light shapes are tested one by one.
+constexpr std::uint32_t kMostLooseShapes = 8;
+
 bool stopRequested(const StopCheck& shouldStop) {
     return shouldStop && shouldStop();
 }
@@ -360,7 +363,8 @@ bool Accel::commitTop(const LightSampler& lights, const StopCheck& shouldStop) {
     for (std::uint32_t i = 0; i < geometries_.size(); ++i) {
         attach(i);
     }
-    if (lights.shapeCount() > 0) {
+    looseShapes_ = lights.shapeCount() <= kMostLooseShapes ? lights.shapeCount() : 0;
+    if (lights.shapeCount() > looseShapes_) {
         const EmbreeGeometry shapes(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_USER));
         rtcSetGeometryUserPrimitiveCount(shapes.get(), lights.shapeCount());
         rtcSetGeometryUserData(shapes.get(), const_cast<LightSampler*>(&lights));
@@ -397,8 +401,27 @@ RayHit Accel::intersect(const Float3& origin, const Float3& direction, float tNe
     query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     embreeIntersect(top_.get(), query, coherent);
 
+    std::uint32_t shape = kNoLight;
+    for (std::uint32_t i = 0; i < looseShapes_; ++i) {
+        const float t = lights_->intersectShape(i, origin, direction, tNear, query.ray.tfar);
+        if (t > 0.0F) {
+            query.ray.tfar = t;
+            shape = i;
+        }
+    }
+    if (shape != kNoLight) {
+        return lightHit(shape, query.ray.tfar);
+    }
     return decode(query.hit.geomID, query.hit.instID[0], query.hit.primID, query.ray.tfar,
                   query.hit.u, query.hit.v);
+}
+
+RayHit Accel::lightHit(std::uint32_t shape, float t) const {
+    RayHit hit;
+    hit.kind = RayHit::Kind::kLight;
+    hit.t = t;
+    hit.light = lights_->lightOfShape(shape);
+    return hit;
 }
 
 RayHit Accel::decode(unsigned geomId, unsigned instId, unsigned primId, float t, float b1,
@@ -411,9 +434,7 @@ RayHit Accel::decode(unsigned geomId, unsigned instId, unsigned primId, float t,
     const TopEntry& entry = topEntries_[inInstance ? instId : geomId];
     hit.t = t;
     if (entry.isLights) {
-        hit.kind = RayHit::Kind::kLight;
-        hit.light = lights_->lightOfShape(primId);
-        return hit;
+        return lightHit(primId, t);
     }
     hit.kind = RayHit::Kind::kSurface;
     hit.geometry = entry.geometry;
@@ -438,6 +459,11 @@ bool Accel::occluded(const Float3& origin, const Float3& direction, float tNear,
     ray.mask = ~0U;
     ray.id = 0;
     ray.flags = 0;
+    for (std::uint32_t i = 0; i < looseShapes_; ++i) {
+        if (lights_->intersectShape(i, origin, direction, tNear, tFar) > 0.0F) {
+            return true;
+        }
+    }
     return embreeOccluded(top_.get(), ray);
 }
 

@@ -2,7 +2,9 @@
 // Scene::origin(), float).
 //
 // Plain prims are baked to render space and traced directly; prims with instances keep one BVH of
-// their object space for all of them. Analytic lights are one user geometry.
+// their object space for all of them. Analytic lights are one user geometry, but where they are
+// few: then every ray is tested against each of them after its query, which costs less than
+// Embree's calls out of its traversal.
 //
 // Threads: commit() by one thread while nothing traces; the rest by any.
 #pragma once
@@ -96,7 +98,10 @@ public:
                      bool coherent) const;
     bool occluded(const Float3& origin, const Float3& direction, float tNear, float tFar) const;
 
-    /// The same for packets of N = 8 or 16 rays in Embree's layout, `valid` as Embree wants it.
+    /// Shapes of the light sampler that packets are to be tested against by the caller.
+    std::uint32_t looseShapes() const { return looseShapes_; }
+    /// The same for packets of N = 8 or 16 rays in Embree's layout, `valid` as Embree wants it;
+    /// without the loose shapes.
     template <int N>
     void intersectPacket(const int* valid, typename EmbreePacket<N>::RayHit& rays,
                          bool coherent) const {
@@ -106,6 +111,8 @@ public:
     void occludedPacket(const int* valid, typename EmbreePacket<N>::Ray& rays) const {
         embreeOccludedPacket<N>(top_.get(), valid, rays);
     }
+    /// A hit on shape number `shape` of the light sampler.
+    RayHit lightHit(std::uint32_t shape, float t) const;
     /// What Embree's names of a hit stand for.
     RayHit decode(unsigned geomId, unsigned instId, unsigned primId, float t, float b1,
                   float b2) const;
@@ -141,6 +148,7 @@ private:
     std::vector<std::unique_ptr<AccelGeometry>> geometries_;
     std::vector<EmissiveTriangleRef> emissive_;
     const LightSampler* lights_ = nullptr;
+    std::uint32_t looseShapes_ = 0;
     Bounds bounds_;
     Double3 origin_{0.0};
     bool robust_ = true;

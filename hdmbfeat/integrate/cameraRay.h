@@ -2,15 +2,17 @@
 #pragma once
 
 #include "core/vec.h"
+#include "core/warp.h"
 #include "scene/camera.h"
 
 namespace mbfeat {
 
+template <class T>
 struct CameraRay {
-    Float3 origin{0.0F};
-    Float3 direction{0.0F, 0.0F, -1.0F}; ///< unit
-    float tNear = 0.0F;
-    float tFar = 0.0F;
+    Vec3<T> origin{T(0)};
+    Vec3<T> direction{T(0), T(0), T(-1)}; ///< unit
+    T tNear{T(0)};
+    T tFar{T(0)};
 };
 
 /// A camera prepared for one image. Immutable, any thread.
@@ -20,7 +22,29 @@ public:
     CameraRays(const Camera& camera, const ImageWindow& window, const Double3& sceneOrigin);
 
     /// `position` in display-window pixels (y down), `lens` uniform in [0,1)^2.
-    CameraRay generate(Float2 position, Float2 lens) const;
+    template <class T>
+    CameraRay<T> generate(const Vec2<T>& position, const Vec2<T>& lens) const {
+        const T x = fma(position.x, T(pixelToWindowScale_.x), T(pixelToWindowOffset_.x));
+        const T y = fma(position.y, T(pixelToWindowScale_.y), T(pixelToWindowOffset_.y));
+        const T zero(0);
+        Vec3<T> origin = camera_.orthographic ? Vec3<T>(x, y, zero) : Vec3<T>(zero);
+        Vec3<T> direction =
+            camera_.orthographic ? Vec3<T>(zero, zero, T(-1)) : Vec3<T>(x, y, T(-1));
+        if (hasLens()) {
+            // direction.z is -1, so direction * focusDistance lies on the plane of focus.
+            const Vec3<T> focus = origin + direction * T(camera_.focusDistance);
+            const Vec2<T> disk = concentricDisk(lens);
+            origin = origin + Vec3<T>(disk.x, disk.y, zero) * T(camera_.lensRadius);
+            direction = focus - origin;
+        }
+        // The clipping planes are perpendicular to the view axis: distances along the ray are
+        // longer.
+        const T perDepth = length(direction) / negate(direction.z);
+        return {Vec3<T>(position_) + toWorld(origin), normalize(toWorld(direction)),
+                T(max(camera_.nearClip, 0.0F)) * perDepth, T(camera_.farClip) * perDepth};
+    }
+    /// Whether generate() reads `lens`.
+    bool hasLens() const { return camera_.lensRadius > 0.0F && camera_.focusDistance > 0.0F; }
 
     /// Distance of a render-space point along the view axis, scene units.
     float viewDepth(const Float3& p) const;
@@ -30,7 +54,10 @@ public:
     float exposureScale() const { return camera_.exposureScale; }
 
 private:
-    Float3 toWorld(const Float3& v) const;
+    template <class T>
+    Vec3<T> toWorld(const Vec3<T>& v) const {
+        return Vec3<T>(right_) * v.x + Vec3<T>(up_) * v.y - Vec3<T>(forward_) * v.z;
+    }
 
     Camera camera_;
     Float3 position_{0.0F};

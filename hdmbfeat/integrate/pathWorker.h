@@ -49,8 +49,9 @@ public:
 
     /// Follows one path for each of `count` <= capacity() samples. records()[i] then holds what
     /// path i met: radiance, alpha, decomposition and what recordFlags ask for, not scaled by
-    /// exposure; nonFinite where a feature is not finite. A path's record depends on its sample alone, not on what else is in the batch.
-    /// `stop` (may be empty) is polled; true ends the batch early, and false is returned.
+    /// exposure; nonFinite where a feature is not finite. A path's record depends on its sample
+    /// alone, not on what else is in the batch. `stop` (may be empty) is polled; true ends the
+    /// batch early, and false is returned.
     virtual bool trace(const PathContext& context, const PixelSample* samples, int count,
                        const StopCheck& stop) = 0;
 

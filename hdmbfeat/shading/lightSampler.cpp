@@ -5,8 +5,10 @@
 #include <limits>
 #include <string>
 
+#include "core/overloaded.h"
 #include "shading/lightBounds.h"
 #include "shading/lightChoice.h"
+#include "shading/lightLanes.h"
 #include "shading/preparedLight.h"
 
 namespace mbfeat {
@@ -15,57 +17,42 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-/// A callable for std::visit out of lambdas.
-template <class... Ts>
-struct Overloaded : Ts... {
-    using Ts::operator()...;
-};
-template <class... Ts>
-Overloaded(Ts...) -> Overloaded<Ts...>;
-
-void takeShape(LightSample& out, const ShapeSample<float>& s, const PreparedLight& light) {
-    out.wi = s.wi;
-    out.distance = s.distance;
-    out.pdf = s.pdf;
-    out.point = s.point;
-    out.normal = s.normal;
-    out.pointError = light.pointError;
-    out.radiance = light.emitted(s.uv, s.wi);
-}
-
 /// A sample of one light from p; pdf without the choice.
 LightSample sampleLight(const PreparedLight& light, const Float3& p, Float2 u) {
     LightSample out;
     out.diffuse = light.diffuse;
     out.specular = light.specular;
     out.castsShadows = light.castsShadows;
+    out.delta = light.isDelta();
+    out.pointError = light.pointError;
+    if (samplesOnLanes(light)) {
+        const LightLanes<float> s = sampleOnLanes<float>(light, p, u);
+        out.wi = s.wi;
+        out.distance = s.distance;
+        out.radiance = s.radiance;
+        out.pdf = s.pdf;
+        out.point = s.point;
+        out.normal = s.normal;
+        return out;
+    }
+    const auto takeShape = [&](const ShapeSample<float>& s) {
+        out.wi = s.wi;
+        out.distance = s.distance;
+        out.pdf = s.pdf;
+        out.point = s.point;
+        out.normal = s.normal;
+        out.radiance = light.emitted(s.uv, s.wi);
+    };
     std::visit(Overloaded{
                    [&](const PointEmitter& point) {
-                       const Float3 d = point.position - p;
-                       const float squared = lengthSquared(d);
-                       if (!(squared > 0.0F)) {
-                           return;
-                       }
-                       out.distance = std::sqrt(squared);
-                       out.wi = d / out.distance;
-                       out.delta = true;
-                       out.pdf = 1.0F;
+                       const LightLanes<float> s = sampleOnLanes<float>(light, p, u);
+                       out.wi = s.wi;
+                       out.distance = s.distance;
+                       out.pdf = s.pdf;
                        out.point = point.position;
-                       out.pointError = light.pointError;
-                       out.radiance = light.emitted({0.0F, 0.0F}, out.wi) / squared;
-                   },
-                   [&](const DirectionEmitter& direction) {
-                       out.wi = direction.axis;
-                       out.distance = kInfinity;
-                       out.delta = true;
-                       out.pdf = 1.0F;
-                       out.radiance = light.radiance;
-                   },
-                   [&](const ConeShape<float>& cone) {
-                       out.wi = cone.sample(u);
-                       out.distance = kInfinity;
-                       out.pdf = uniformConePdf(cone.oneMinusCosMax);
-                       out.radiance = light.radiance;
+                       if (s.pdf > 0.0F) {
+                           out.radiance = light.emitted({0.0F, 0.0F}, out.wi) / sqr(s.distance);
+                       }
                    },
                    [&](const DomeEmitter& dome) {
                        const EnvironmentMap::Sample s = dome.sample(u);
@@ -76,11 +63,14 @@ LightSample sampleLight(const PreparedLight& light, const Float3& p, Float2 u) {
                            light.radiance * dome.map.value(dome.localDirection(s.direction));
                    },
                    [&](const EllipsoidShape<float>& shape) {
-                       takeShape(out, shape.sample(p, u), light);
+                       takeShape(shape.sample(p, u));
                        // Nothing is emitted inwards.
                        out.pdf = dot(out.normal, out.wi) < 0.0F ? out.pdf : 0.0F;
                    },
-                   [&](const auto& shape) { takeShape(out, shape.sample(p, u), light); },
+                   [&](const RectShape<float>& shape) { takeShape(shape.sample(p, u)); },
+                   [&](const DiskShape<float>& shape) { takeShape(shape.sample(p, u)); },
+                   [&](const CylinderShape<float>& shape) { takeShape(shape.sample(p, u)); },
+                   [](const auto&) {}, // directions have no shaping and are done on lanes
                },
                light.emitter);
     return out;
@@ -227,21 +217,35 @@ bool LightSampler::isActive(std::uint32_t light) const {
     return light < impl_->lights.size() && impl_->lights[light].has_value();
 }
 
-LightSample LightSampler::sample(const LightReceiver& receiver, float uLight, Float2 u) const {
+LightPick LightSampler::pick(const LightReceiver& receiver, float uLight) const {
     if (impl_->choice.empty()) {
         return {};
     }
-    const LightChoice::Pick pick = impl_->choice.sample(receiver, uLight);
-    if (!(pick.probability > 0.0F)) {
+    const LightChoice::Pick chosen = impl_->choice.sample(receiver, uLight);
+    if (!(chosen.probability > 0.0F)) {
         return {};
     }
-    LightSample out;
-    if (pick.entry < impl_->entryLight.size()) {
-        const std::uint32_t index = impl_->entryLight[pick.entry];
-        out = sampleLight(*impl_->lights[index], receiver.p, u);
-        out.light = index;
+    LightPick pick;
+    pick.probability = chosen.probability;
+    if (chosen.entry < impl_->entryLight.size()) {
+        pick.light = impl_->entryLight[chosen.entry];
     } else {
-        const EmissiveTriangle& triangle = impl_->triangles[pick.entry - impl_->entryLight.size()];
+        pick.triangle = chosen.entry - static_cast<std::uint32_t>(impl_->entryLight.size());
+    }
+    return pick;
+}
+
+LightSample LightSampler::sample(const LightReceiver& receiver, const LightPick& pick,
+                                 Float2 u) const {
+    LightSample out;
+    if (!(pick.probability > 0.0F)) {
+        return out;
+    }
+    if (pick.light != kNoLight) {
+        out = sampleLight(*impl_->lights[pick.light], receiver.p, u);
+        out.light = pick.light;
+    } else {
+        const EmissiveTriangle& triangle = impl_->triangles[pick.triangle];
         const ShapeSample<float> s = shapeOf(triangle).sample(receiver.p, u);
         out.wi = s.wi;
         out.distance = s.distance;
@@ -255,13 +259,17 @@ LightSample LightSampler::sample(const LightReceiver& receiver, float uLight, Fl
         out.b1 = s.uv.x;
         out.b2 = s.uv.y;
     }
-    out.pdf *= pick.probability;
-    const bool below = !receiver.twoSided && !(dot(out.wi, receiver.n) > 0.0F);
-    const bool usable = std::isfinite(out.pdf) && isFinite(out.radiance) && isFinite(out.wi);
-    if (below || !usable || isBlack(out.radiance)) {
-        out.pdf = 0.0F;
-    }
+    out.pdf = usablePdf<float>(out.pdf * pick.probability, out.wi, out.radiance, receiver.n,
+                               receiver.twoSided);
     return out;
+}
+
+LightSample LightSampler::sample(const LightReceiver& receiver, float uLight, Float2 u) const {
+    return sample(receiver, pick(receiver, uLight), u);
+}
+
+const PreparedLight& LightSampler::prepared(std::uint32_t light) const {
+    return *impl_->lights[light];
 }
 
 float LightSampler::pdfTriangle(std::uint32_t userId, const LightReceiver& receiver,
@@ -290,15 +298,8 @@ Bounds LightSampler::shapeBounds(std::uint32_t shape) const {
 
 float LightSampler::intersectShape(std::uint32_t shape, const Float3& origin,
                                    const Float3& direction, float tNear, float tFar) const {
-    return std::visit(
-        Overloaded{
-            [](const PointEmitter&) { return -1.0F; },
-            [](const DirectionEmitter&) { return -1.0F; },
-            [](const ConeShape<float>&) { return -1.0F; },
-            [](const DomeEmitter&) { return -1.0F; },
-            [&](const auto& s) { return s.intersect(origin, direction, tNear, tFar); },
-        },
-        impl_->lights[impl_->shapes[shape]]->emitter);
+    return intersectLight<float>(*impl_->lights[impl_->shapes[shape]], origin, direction, tNear,
+                                 tFar);
 }
 
 LightHit LightSampler::evaluateHit(std::uint32_t light, const LightReceiver& receiver,

@@ -68,6 +68,15 @@ struct LightSample {
     Float3 point{0.0F}, pointError{0.0F}, normal{0.0F};
 };
 
+/// A chosen light, or emissive triangle. Probability 0: none can light.
+struct LightPick {
+    std::uint32_t light = kNoLight;    ///< index of the light; kNoLight for a triangle
+    std::uint32_t triangle = kNoLight; ///< number of the triangle among the usable ones
+    float probability = 0.0F;
+};
+
+struct PreparedLight;
+
 /// What a ray that met a light shape sees.
 struct LightHit {
     Rgb radiance{0.0F}; ///< towards the ray's origin; zero on sides that do not emit
@@ -100,6 +109,11 @@ public:
 
     /// Chooses a light with uLight and a point on it with u, all in [0, 1).
     LightSample sample(const LightReceiver& receiver, float uLight, Float2 u) const;
+    /// The two steps of it: the choice, and the point on what was chosen.
+    LightPick pick(const LightReceiver& receiver, float uLight) const;
+    LightSample sample(const LightReceiver& receiver, const LightPick& pick, Float2 u) const;
+    /// An active light, for many receivers or rays at a time (lightLanes.h).
+    const PreparedLight& prepared(std::uint32_t light) const;
 
     // --- emissive triangles
     /// Density of sampling the point `hit` of that triangle from the receiver.

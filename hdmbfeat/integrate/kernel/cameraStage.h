@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <numeric>
 
 #include "integrate/kernel/kernelState.h"
 #include "integrate/surfacePoint.h"
@@ -16,23 +17,11 @@ public:
 
     /// Path i starts at samples[i] in slot i.
     void start(const PixelSample* samples, int count) {
-        const RenderOptions& options = context_.options;
-        s_.active.clear();
-        for (int i = 0; i < count; ++i) {
-            const PixelSample& at = samples[i];
-            const SamplerKey key =
-                SamplerKey::make(at.x, at.y, at.index, options.seed, context_.frame);
-            const Sampler sampler(key);
-            PathRecord& record = s_.records[static_cast<std::size_t>(i)];
-            reset(record);
-            const FilterSample offset = context_.filter.sample(sampler.get2D(kDimPixel));
-            record.subpixel = {0.5F + offset.offset.x, 0.5F + offset.offset.y};
-            record.filterWeight = offset.weight;
-            const CameraRay ray =
-                context_.camera.generate({static_cast<float>(at.x) + record.subpixel.x,
-                                          static_cast<float>(at.y) + record.subpixel.y},
-                                         sampler.get2D(kDimLens));
-            startPath(i, key, ray);
+        s_.active.resize(static_cast<std::size_t>(count));
+        std::iota(s_.active.begin(), s_.active.end(), 0);
+        for (int i = 0; i < count; i += kWidth) {
+            startGroup(samples, s_.group(s_.active.data() + i,
+                                         s_.active.size() - static_cast<std::size_t>(i)));
         }
     }
 
@@ -116,26 +105,63 @@ private:
         std::copy(std::begin(fresh.primvars), std::end(fresh.primvars), record.primvars);
     }
 
-    void startPath(int slot, const SamplerKey& key, const CameraRay& ray) {
-        PathStream& paths = s_.paths;
-        paths.set3(kOrigin, slot, ray.origin);
-        paths.value(kNear, slot) = ray.tNear;
-        paths.set3(kDirection, slot, ray.direction);
-        paths.value(kFar, slot) = ray.tFar;
-        paths.set3(kThroughput, slot, Rgb(1.0F));
-        paths.value(kEtaScale, slot) = 1.0F;
-        paths.set3(kReceiverP, slot, ray.origin);
-        paths.value(kBsdfPdf, slot) = 0.0F;
-        paths.set3(kReceiverN, slot, LightReceiver().n);
-        paths.integer(kKeyLow, slot) = static_cast<std::int32_t>(key.low);
-        paths.integer(kKeyHigh, slot) = static_cast<std::int32_t>(key.high);
-        paths.integer(kKeyIndex, slot) = static_cast<std::int32_t>(key.index);
-        paths.integer(kFlags, slot) = kFlagDelta | kFlagTwoSided;
-        if ((context_.recordFlags & kRecordFirstNonDelta) != 0) {
-            paths.set3(kTint, slot, Rgb(1.0F));
-            paths.value(kPathLength, slot) = 0.0F;
+    static constexpr int kWidth = LaneTraits<T>::kWidth;
+
+    void startGroup(const PixelSample* samples, const typename KernelState<T>::Group& g) {
+        alignas(64) std::int32_t low[kWidth], high[kWidth], index[kWidth];
+        for (int i = 0; i < kWidth; ++i) {
+            const PixelSample& at = samples[g.read[i]];
+            const SamplerKey key =
+                SamplerKey::make(at.x, at.y, at.index, context_.options.seed, context_.frame);
+            low[i] = static_cast<std::int32_t>(key.low);
+            high[i] = static_cast<std::int32_t>(key.high);
+            index[i] = static_cast<std::int32_t>(key.index);
         }
-        s_.active.push_back(slot);
+        const LaneQuad<T> keys(valueOfBits(loadIntLanes<T>(low)),
+                               valueOfBits(loadIntLanes<T>(high)),
+                               valueOfBits(loadIntLanes<T>(index)),
+                               valueOfBits(IntLane<T>(kFlagDelta | kFlagTwoSided)));
+        const LaneSampler<T> sampler = samplerOf(keys);
+        const Vec2<T> position = filmPositions(samples, g, sampler.get2D(kDimPixel));
+        const Vec2<T> lens = context_.camera.hasLens() ? sampler.get2D(kDimLens) : Vec2<T>(T(0));
+        startPaths(g, context_.camera.generate(position, lens), keys);
+    }
+
+    /// Places in the display window, distributed as the pixel filter wants it.
+    Vec2<T> filmPositions(const PixelSample* samples, const typename KernelState<T>::Group& g,
+                          const Vec2<T>& u) {
+        const LaneBuffer<T> ux(u.x), uy(u.y);
+        LaneBuffer<T> x, y;
+        for (int i = 0; i < kWidth; ++i) {
+            const PixelSample& at = samples[g.read[i]];
+            const FilterSample offset = context_.filter.sample({ux[i], uy[i]});
+            const Float2 subpixel(0.5F + offset.offset.x, 0.5F + offset.offset.y);
+            x[i] = static_cast<float>(at.x) + subpixel.x;
+            y[i] = static_cast<float>(at.y) + subpixel.y;
+            if (i < g.count) {
+                PathRecord& record = s_.records[static_cast<std::size_t>(g.read[i])];
+                reset(record);
+                record.subpixel = subpixel;
+                record.filterWeight = offset.weight;
+            }
+        }
+        return {x.lanes(), y.lanes()};
+    }
+
+    void startPaths(const typename KernelState<T>::Group& g, const CameraRay<T>& ray,
+                    const LaneQuad<T>& keys) {
+        PathStream& paths = s_.paths;
+        const T zero(0), one(1);
+        const Float3 n = LightReceiver().n;
+        paths.template set<T>(kOrigin, g.write, {ray.origin, ray.tNear});
+        paths.template set<T>(kDirection, g.write, {ray.direction, ray.tFar});
+        paths.template set<T>(kThroughput, g.write, {one, one, one, one}); // and kEtaScale
+        paths.template set<T>(kReceiverP, g.write, {ray.origin, zero});
+        paths.template set<T>(kReceiverN, g.write, {Vec3<T>(n), zero});
+        paths.template set<T>(kKeys, g.write, keys);
+        if ((context_.recordFlags & kRecordFirstNonDelta) != 0) {
+            paths.template set<T>(kTint, g.write, {one, one, one, zero}); // and kPathLength
+        }
     }
 
     bool recordsFirstHit() const {

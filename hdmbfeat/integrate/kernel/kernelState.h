@@ -48,6 +48,19 @@ inline constexpr int kRecordStride = sizeof(PathRecord) / sizeof(float);
 inline constexpr int kVertexStride = sizeof(VertexFeatures) / sizeof(float);
 inline constexpr int kExtendedStride = sizeof(VertexExtended) / sizeof(float);
 
+/// The sampler of each lane from the quad kKeys.
+template <class T>
+LaneSampler<T> samplerOf(const LaneQuad<T>& keys) {
+    const auto word = [](const T& value) {
+        if constexpr (kIsBatch<T>) {
+            return xsimd::bitwise_cast<UintLane<T>>(value);
+        } else {
+            return static_cast<std::uint32_t>(bitsOf(value));
+        }
+    };
+    return {word(keys.x), word(keys.y), word(keys.z)};
+}
+
 template <class T>
 struct KernelState {
     static constexpr int kWidth = LaneTraits<T>::kWidth;

@@ -6,6 +6,7 @@
 #include "integrate/kernel/hitLanes.h"
 #include "integrate/kernel/kernelState.h"
 #include "integrate/kernel/surfaceLanes.h"
+#include "shading/lightLanes.h"
 #include "shading/previewSurface.h"
 #include "shading/shadingNormal.h"
 
@@ -31,17 +32,6 @@ struct ArrivalLanes {
     T etaScale;
     LaneQuad<T> keys; ///< of the sampler, and the flags
     T distance;       ///< from the last vertex
-
-    LaneSampler<T> sampler() const { return {word(keys.x), word(keys.y), word(keys.z)}; }
-
-private:
-    static UintLane<T> word(const T& value) {
-        if constexpr (kIsBatch<T>) {
-            return xsimd::bitwise_cast<UintLane<T>>(value);
-        } else {
-            return static_cast<std::uint32_t>(bitsOf(value));
-        }
-    }
 };
 
 /// Record: the features of the path are recorded.
@@ -81,7 +71,7 @@ private:
             record(g, vertex, v, lightable, arrival);
         }
         if (scatters) {
-            const LaneSampler<T> sampler = arrival.sampler();
+            const LaneSampler<T> sampler = samplerOf(arrival.keys);
             if (!context_.lights.empty()) {
                 sampleLight(g, vertex, v, lightable, arrival.throughput, sampler);
             }
@@ -263,22 +253,68 @@ private:
         const std::uint32_t base = vertexDimension(vertex);
         const LaneBuffer<T> choice(sampler.get1D(base + kDimLightChoice));
         const Vec2<T> u = sampler.get2D(base + kDimLight);
-        const LaneBuffer<T> ux(u.x), uy(u.y);
         const LaneBuffer3<T> p(v.point.p), n(v.frame.n);
         const std::uint32_t twoSided = laneBits(v.twoSided);
-        Transposer<T, LightValues> values;
-        const LightSample nothing;
+        LightPick picks[kWidth];
+        LaneBuffer<T> probability(T(0));
+        std::uint32_t left = 0; // lanes whose light is still to be sampled
         for (int i = 0; i < kWidth; ++i) {
             const std::uint32_t bit = std::uint32_t{1} << i;
-            if ((wanted & bit) == 0) {
-                values.set(i, lightValues(nothing, Rgb(0.0F)));
+            if ((wanted & bit) != 0) {
+                const LightReceiver receiver{p.get(i), n.get(i), (twoSided & bit) != 0};
+                picks[i] = context_.lights.pick(receiver, choice[i]);
+                probability[i] = picks[i].probability;
+                left |= picks[i].probability > 0.0F ? bit : 0U;
+            }
+        }
+        LightValues<T> values{};
+        Transposer<T, LightValues> single;
+        std::uint32_t singles = 0;
+        for (int i = 0; left != 0; ++i) {
+            const std::uint32_t bit = std::uint32_t{1} << i;
+            if ((left & bit) == 0) {
                 continue;
             }
-            const LightReceiver receiver{p.get(i), n.get(i), (twoSided & bit) != 0};
-            const LightSample sample = context_.lights.sample(receiver, choice[i], {ux[i], uy[i]});
-            values.set(i, lightValues(sample, sampledRadiance(sample)));
+            const std::uint32_t index = picks[i].light;
+            if (index == kNoLight || !samplesOnLanes(context_.lights.prepared(index))) {
+                const LightReceiver receiver{p.get(i), n.get(i), (twoSided & bit) != 0};
+                const LightSample sample = context_.lights.sample(
+                    receiver, picks[i], {LaneBuffer<T>(u.x)[i], LaneBuffer<T>(u.y)[i]});
+                single.set(i, lightValues(sample, sampledRadiance(sample)));
+                singles |= bit;
+                left &= ~bit;
+                continue;
+            }
+            std::uint32_t same = bit; // lanes that chose this light
+            for (int k = i + 1; k < kWidth; ++k) {
+                const std::uint32_t other = std::uint32_t{1} << k;
+                same |= (left & other) != 0 && picks[k].light == index ? other : 0U;
+            }
+            left &= ~same;
+            const LightValues<T> chosen =
+                oneLight(context_.lights.prepared(index), v, u, probability.lanes());
+            values = same == wanted ? chosen : blend(maskOfBits<T>(same), chosen, values);
         }
-        return values.lanes();
+        return singles == 0 ? values : blend(maskOfBits<T>(singles), single.lanes(), values);
+    }
+
+    /// The same light for all lanes.
+    static LightValues<T> oneLight(const PreparedLight& light, const VertexLanes<T>& v,
+                                   const Vec2<T>& u, const T& probability) {
+        const LightLanes<T> s = sampleOnLanes<T>(light, v.point.p, u);
+        LightValues<T> values;
+        values.wi = s.wi;
+        values.distance = s.distance;
+        values.radiance = s.radiance;
+        values.pdf = usablePdf<T>(s.pdf * probability, s.wi, s.radiance, v.frame.n, v.twoSided);
+        values.delta = T(light.isDelta() ? 1.0F : 0.0F);
+        values.castsShadows = T(light.castsShadows ? 1.0F : 0.0F);
+        values.diffuse = T(light.diffuse);
+        values.specular = T(light.specular);
+        values.point = s.point;
+        values.pointError = Vec3<T>(light.pointError);
+        values.normal = s.normal;
+        return values;
     }
 
     /// Radiance of the sampled light; evaluated at the point where a mesh emits.

@@ -38,6 +38,21 @@ private:
     LaneBuffer<T> values_[kValues];
 };
 
+/// a where m holds, else b, value by value.
+template <class T, template <class> class X>
+X<T> blend(const Mask<T>& m, const X<T>& a, const X<T>& b) {
+    static_assert(sizeof(X<T>) == sizeof(X<float>) / sizeof(float) * sizeof(T),
+                  "only lanes inside");
+    X<T> result;
+    const auto* fromA = reinterpret_cast<const T*>(&a);
+    const auto* fromB = reinterpret_cast<const T*>(&b);
+    auto* to = reinterpret_cast<T*>(&result);
+    for (std::size_t i = 0; i < sizeof(X<float>) / sizeof(float); ++i) {
+        to[i] = select(m, fromA[i], fromB[i]);
+    }
+    return result;
+}
+
 /// SurfaceParameters without its mask, which is no float.
 template <class T>
 struct MaterialValues {

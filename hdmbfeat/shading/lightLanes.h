@@ -1,0 +1,110 @@
+// One light for many receivers or rays: the light's own numbers are the same in all lanes. Float
+// and SIMD lanes give the same bits.
+#pragma once
+
+#include <limits>
+#include <variant>
+
+#include "core/overloaded.h"
+#include "shading/preparedLight.h"
+
+namespace mbfeat {
+
+/// Distance along each ray to the light's shape within [tNear, tFar]; -1 for a miss.
+template <class T>
+T intersectLight(const PreparedLight& light, const Vec3<T>& origin, const Vec3<T>& direction,
+                 const T& tNear, const T& tFar) {
+    const auto meet = [&](const auto& shape) {
+        return shape.intersect(origin, direction, tNear, tFar);
+    };
+    return std::visit(
+        Overloaded{
+            [&](const RectShape<float>& s) { return meet(RectShape<T>(s)); },
+            [&](const DiskShape<float>& s) { return meet(DiskShape<T>(s)); },
+            [&](const EllipsoidShape<float>& s) { return meet(EllipsoidShape<T>(s)); },
+            [&](const CylinderShape<float>& s) { return meet(CylinderShape<T>(s)); },
+            [](const auto&) { return T(-1); },
+        },
+        light.emitter);
+}
+
+/// A light sampled from each lane's receiver; the density without the choice of light.
+template <class T>
+struct LightLanes {
+    Vec3<T> wi{T(0), T(0), T(1)};
+    T distance{T(0)};
+    Vec3<T> radiance{T(0)};
+    T pdf{T(0)};
+    Vec3<T> point{T(0)}, normal{T(0)};
+};
+
+/// Whether sampleOnLanes() has this light. The others need functions that are not the same to the
+/// bit in all lane types (cylinders, shaping), or look-ups (domes, textures).
+inline bool samplesOnLanes(const PreparedLight& light) {
+    return !light.shaping.isOn() && !light.texture &&
+           !std::holds_alternative<CylinderShape<float>>(light.emitter) &&
+           !std::holds_alternative<DomeEmitter>(light.emitter);
+}
+
+/// A sample of the light from each p, for lights that are samplesOnLanes().
+template <class T>
+LightLanes<T> sampleOnLanes(const PreparedLight& light, const Vec3<T>& p, const Vec2<T>& u) {
+    LightLanes<T> out;
+    out.radiance = Vec3<T>(light.radiance);
+    const auto take = [&](const ShapeSample<T>& s) {
+        out.wi = s.wi;
+        out.distance = s.distance;
+        out.pdf = s.pdf;
+        out.point = s.point;
+        out.normal = s.normal;
+    };
+    std::visit(Overloaded{
+                   [&](const PointEmitter& point) {
+                       out.point = Vec3<T>(point.position);
+                       const Vec3<T> d = out.point - p;
+                       const T squared = lengthSquared(d);
+                       const Mask<T> apart = squared > T(0);
+                       const T safe = select(apart, squared, T(1));
+                       out.distance = sqrt(safe);
+                       out.wi = d / out.distance;
+                       out.radiance = out.radiance / safe;
+                       out.pdf = select(apart, T(1), T(0));
+                   },
+                   [&](const DirectionEmitter& direction) {
+                       out.wi = Vec3<T>(direction.axis);
+                       out.distance = T(std::numeric_limits<float>::infinity());
+                       out.pdf = T(1);
+                   },
+                   [&](const ConeShape<float>& cone) {
+                       const ConeShape<T> lanes{Vec3<T>(cone.axis), T(cone.oneMinusCosMax)};
+                       out.wi = lanes.sample(u);
+                       out.distance = T(std::numeric_limits<float>::infinity());
+                       out.pdf = uniformConePdf(lanes.oneMinusCosMax);
+                   },
+                   [&](const RectShape<float>& s) { take(RectShape<T>(s).sample(p, u)); },
+                   [&](const DiskShape<float>& s) { take(DiskShape<T>(s).sample(p, u)); },
+                   [&](const EllipsoidShape<float>& s) {
+                       take(EllipsoidShape<T>(s).sample(p, u));
+                       // Nothing is emitted inwards.
+                       out.pdf = select(dot(out.normal, out.wi) < T(0), out.pdf, T(0));
+                   },
+                   [](const auto&) {},
+               },
+               light.emitter);
+    return out;
+}
+
+/// The density, or zero where the sample is of no use: it comes from below a receiver that is lit
+/// from one side only, has no light, or is not finite.
+template <class T>
+T usablePdf(const T& pdf, const Vec3<T>& wi, const Vec3<T>& radiance, const Vec3<T>& n,
+            const Mask<T>& twoSided) {
+    // Zero times anything finite is zero.
+    const Vec3<T> zeros = (wi + radiance) * T(0);
+    const Mask<T> finite = zeros.x + zeros.y + zeros.z + pdf * T(0) == T(0);
+    const Mask<T> above = twoSided || dot(wi, n) > T(0);
+    const Mask<T> lit = radiance.x != T(0) || radiance.y != T(0) || radiance.z != T(0);
+    return select(finite && above && lit, pdf, T(0));
+}
+
+} // namespace mbfeat
