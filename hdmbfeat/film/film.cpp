@@ -13,6 +13,7 @@
 
 #include <xsimd/xsimd.hpp>
 
+#include "film/filmMemory.h"
 #include "film/filmStorage.h"
 #include "film/pixelCount.h"
 
@@ -79,8 +80,9 @@ struct Film::Impl {
     RunList means, nearest;
     bool hasNearest = false, hasVariance = false, hasNonFinite = false;
     int sumStride = 0, wordStride = 0, spreadSlot = 0, nonFiniteSlot = 0;
-    std::optional<ZeroedArray<double>> sums;
-    std::optional<ZeroedArray<std::uint32_t>> words;
+    FilmMemory accumulators; ///< the sums of all pixels, then the words of all
+    double* sums = nullptr;
+    std::uint32_t* words = nullptr;
     std::optional<ZeroedArray<PixelCount>> counts;
 
     bool extendedSamples = false;
@@ -101,17 +103,15 @@ struct Film::Impl {
         return static_cast<std::size_t>(y - window.data.y) * window.data.width +
                static_cast<std::size_t>(x - window.data.x);
     }
-    double* sumsOf(std::size_t pixel) {
-        return sums->data() + pixel * static_cast<std::size_t>(sumStride);
-    }
+    double* sumsOf(std::size_t pixel) { return sums + pixel * static_cast<std::size_t>(sumStride); }
     const double* sumsOf(std::size_t pixel) const {
-        return sums->data() + pixel * static_cast<std::size_t>(sumStride);
+        return sums + pixel * static_cast<std::size_t>(sumStride);
     }
     std::uint32_t* wordsOf(std::size_t pixel) {
-        return words->data() + pixel * static_cast<std::size_t>(wordStride);
+        return words + pixel * static_cast<std::size_t>(wordStride);
     }
     const std::uint32_t* wordsOf(std::size_t pixel) const {
-        return words->data() + pixel * static_cast<std::size_t>(wordStride);
+        return words + pixel * static_cast<std::size_t>(wordStride);
     }
     // The pixel is held.
     void start(std::size_t pixel);
@@ -208,8 +208,12 @@ void Film::Impl::allocate() {
     if (static_cast<double>(window.data.width) * window.data.height * perPixel > 0x1p47) {
         throw std::bad_alloc();
     }
-    sums.emplace(pixelCount() * static_cast<std::size_t>(sumStride));
-    words.emplace(pixelCount() * static_cast<std::size_t>(wordStride));
+    // Not zeroed: start() does that for each pixel.
+    const std::size_t sumCount = pixelCount() * static_cast<std::size_t>(sumStride);
+    const std::size_t wordCount = pixelCount() * static_cast<std::size_t>(wordStride);
+    accumulators = FilmMemory(sumCount * sizeof(double) + wordCount * sizeof(std::uint32_t));
+    sums = static_cast<double*>(accumulators.data());
+    words = reinterpret_cast<std::uint32_t*>(sums + sumCount);
     counts.emplace(pixelCount());
     if (capacity > 0) {
         samples.emplace(pixelCount() * capacity * layout.size());
@@ -509,7 +513,7 @@ const std::vector<PathSampleField>& Film::pathSampleLayout() const {
 }
 
 std::size_t Film::bytes() const {
-    return impl_->sums->bytes() + impl_->words->bytes() + impl_->counts->bytes() +
+    return impl_->accumulators.bytes() + impl_->counts->bytes() +
            (impl_->samples ? impl_->samples->bytes() : 0);
 }
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/parallel.h"
+#include "film/filmMemory.h"
 #include "film/host.h"
 #include "film/progress.h"
 
@@ -75,6 +76,8 @@ std::uint64_t jobSamples(const RenderJob& job) {
 } // namespace
 
 struct Renderer::Impl {
+    FilmMemoryUser filmMemory; ///< of the frames that follow one another
+
     explicit Impl(Scene& scene) : scene(scene), integrator(scene) {
         thread = std::thread([this] { run(); });
     }
