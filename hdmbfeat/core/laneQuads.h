@@ -10,6 +10,13 @@
 
 #include "core/laneMemory.h"
 
+/// Compilers find these too large to inline, and a call would pass all lanes through memory.
+#if defined(__GNUC__)
+#define MBFEAT_INLINE __attribute__((always_inline)) inline
+#else
+#define MBFEAT_INLINE inline
+#endif
+
 namespace mbfeat {
 
 /// Four values a lane.
@@ -75,7 +82,8 @@ inline void transpose(__m256& a, __m256& b, __m256& c, __m256& d) {
 
 /// Lane i from base[rows[i] * stride] and the three floats behind it; any alignment.
 template <class T>
-LaneQuad<T> loadQuads(const float* base, const std::int32_t* rows, std::size_t stride) {
+MBFEAT_INLINE LaneQuad<T> loadQuads(const float* base, const std::int32_t* rows,
+                                    std::size_t stride) {
     const auto at = [&](int i) { return base + static_cast<std::size_t>(rows[i]) * stride; };
     if constexpr (!kIsBatch<T>) {
         float row[4]; // rows may hold integers among the floats
@@ -122,8 +130,8 @@ LaneQuad<T> loadQuads(const float* base, const std::int32_t* rows, std::size_t s
 
 /// The inverse of loadQuads(); where rows are shared the later lane's values stay.
 template <class T>
-void storeQuads(float* base, const std::int32_t* rows, std::size_t stride,
-                const LaneQuad<T>& quad) {
+MBFEAT_INLINE void storeQuads(float* base, const std::int32_t* rows, std::size_t stride,
+                              const LaneQuad<T>& quad) {
     const auto at = [&](int i) { return base + static_cast<std::size_t>(rows[i]) * stride; };
     if constexpr (!kIsBatch<T>) {
         const float row[4] = {static_cast<float>(quad.x), static_cast<float>(quad.y),

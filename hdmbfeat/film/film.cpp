@@ -126,6 +126,11 @@ struct Film::Impl {
         const double* sums;
         const std::uint32_t* words;
     };
+    /// Of sums, to be means. Filters with negative lobes can cancel while samples are few: then the
+    /// plain mean is the better estimate.
+    static double meanScale(double weight, std::uint32_t count) {
+        return 1.0 / (weight != 0.0 ? weight : count);
+    }
     static void resolveMean(const PixelValues& pixel, int slot, int width, float* out);
     void resolveVariance(const PixelValues& pixel, float* out) const;
     template <class T>
@@ -366,9 +371,7 @@ std::uint32_t Film::sampleCount(int x, int y) const {
 }
 
 void Film::Impl::resolveMean(const PixelValues& pixel, int slot, int width, float* out) {
-    // Filters with negative lobes can cancel while samples are few: then the plain mean is the
-    // better estimate.
-    const double scale = 1.0 / (pixel.sums[0] != 0.0 ? pixel.sums[0] : pixel.count);
+    const double scale = meanScale(pixel.sums[0], pixel.count);
     for (int c = 0; c < width; ++c) {
         out[c] = static_cast<float>(pixel.sums[slot + c] * scale);
     }
@@ -465,18 +468,44 @@ void FilmRow::read(int row) {
 
 template <class T>
 void FilmRow::resolveTo(int aovIndex, T* out) const {
-    const auto sumStride = static_cast<std::size_t>(film_.sumStride);
-    const auto wordStride = static_cast<std::size_t>(film_.wordStride);
     const int width = film_.aovs[static_cast<std::size_t>(aovIndex)].width();
     for (std::size_t i = 0; i < counts_.size(); ++i, out += width) {
-        film_.resolvePixel(
-            aovIndex, {counts_[i], sums_.data() + i * sumStride, words_.data() + i * wordStride},
-            out);
+        film_.resolvePixel(aovIndex,
+                           {counts_[i],
+                            sums_.data() + i * static_cast<std::size_t>(film_.sumStride),
+                            words_.data() + i * static_cast<std::size_t>(film_.wordStride)},
+                           out);
+    }
+}
+
+/// Most AOVs are means of one to four channels: short loops of known length.
+template <int Width>
+void FilmRow::resolveMeans(const AovDescriptor& aov, int slot, float* out) const {
+    const double* sums = sums_.data();
+    for (const std::uint32_t count : counts_) {
+        if (count == 0) {
+            std::fill(out, out + Width, aov.clearValue);
+        } else {
+            const double scale = Film::Impl::meanScale(sums[0], count);
+            for (int c = 0; c < Width; ++c) {
+                out[c] = static_cast<float>(sums[slot + c] * scale);
+            }
+        }
+        sums += film_.sumStride;
+        out += Width;
     }
 }
 
 void FilmRow::resolve(int aovIndex, float* out) const {
-    resolveTo(aovIndex, out);
+    const AovDescriptor& aov = film_.aovs[static_cast<std::size_t>(aovIndex)];
+    const int slot = film_.slots[static_cast<std::size_t>(aovIndex)];
+    if (aov.reduction == AovReduction::kMean && aov.width() == 3) {
+        resolveMeans<3>(aov, slot, out);
+    } else if (aov.reduction == AovReduction::kMean && aov.width() == 1) {
+        resolveMeans<1>(aov, slot, out);
+    } else {
+        resolveTo(aovIndex, out);
+    }
 }
 
 void FilmRow::resolveInt(int aovIndex, std::int32_t* out) const {

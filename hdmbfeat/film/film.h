@@ -104,6 +104,8 @@ public:
 private:
     template <class T>
     void resolveTo(int aovIndex, T* out) const;
+    template <int Width>
+    void resolveMeans(const AovDescriptor& aov, int slot, float* out) const;
 
     const Film::Impl& film_;
     std::vector<std::uint32_t> counts_;

@@ -271,8 +271,13 @@ private:
                 clampTo<T>(queue.get<T>(kShadowContribution, rows).xyz(), limitOf(vertex)));
             if (Record && vertex < kFeatureVertices) {
                 const Vec3<T> direct = queue.get<T>(kShadowDirect, rows).xyz();
-                s_.setRecord3(MBFEAT_RECORD_FIELD(features[0].direct) + kVertexStride * vertex,
-                              slots, direct);
+                const int field = MBFEAT_RECORD_FIELD(features[0].direct) + kVertexStride * vertex;
+                if (vertex + 1 < kFeatureVertices) {
+                    // What lies behind is the next vertex's, which is not there yet.
+                    s_.setRecord(field, slots, {direct, T(0)});
+                } else {
+                    s_.setRecord3(field, slots, direct);
+                }
                 s_.checkFinite(slots, direct, direct);
             }
         } else {
