@@ -4,6 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "core/floatTraps.h"
+
 namespace mbfeat {
 
 namespace {
@@ -34,6 +36,7 @@ bool stopRequested(const StopCheck& shouldStop) {
 }
 
 void lightBoundsCallback(const RTCBoundsFunctionArguments* arguments) {
+    const FloatTrapsResumed ownCode;
     const auto& lights = *static_cast<const LightSampler*>(arguments->geometryUserPtr);
     const Bounds box = lights.shapeBounds(arguments->primID);
     *arguments->bounds_o = RTCBounds{box.lower.x, box.lower.y, box.lower.z, 0.0F,
@@ -43,6 +46,7 @@ void lightBoundsCallback(const RTCBoundsFunctionArguments* arguments) {
 /// Distance to the light shape along ray i of n, or a negative number.
 float lightDistance(const void* userPointer, unsigned primId, RTCRayN* rays, unsigned n,
                     unsigned i) {
+    const FloatTrapsResumed ownCode;
     const auto& lights = *static_cast<const LightSampler*>(userPointer);
     return lights.intersectShape(
         primId, {RTCRayN_org_x(rays, n, i), RTCRayN_org_y(rays, n, i), RTCRayN_org_z(rays, n, i)},
@@ -99,6 +103,18 @@ double linearNorm(const AffineD& m) {
     return maxComponent(abs(m.x) + abs(m.y) + abs(m.z));
 }
 
+RTCDevice newDevice() {
+    const FloatTrapsMasked foreignCode; // for the threads that it starts, too
+    return rtcNewDevice(nullptr);
+}
+
+void commitScene(RTCScene scene, const StopCheck& shouldStop) {
+    const FloatTrapsMasked foreignCode;
+    rtcSetSceneProgressMonitorFunction(scene, keepBuilding, const_cast<StopCheck*>(&shouldStop));
+    rtcCommitScene(scene);
+    rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
+}
+
 EmbreeGeometry triangleGeometry(RTCDevice device, const std::vector<Float3>& points,
                                 const Mesh& mesh) {
     EmbreeGeometry geometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE));
@@ -108,6 +124,7 @@ EmbreeGeometry triangleGeometry(RTCDevice device, const std::vector<Float3>& poi
     rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                mesh.triangles.data(), 0, sizeof(Triangle), mesh.triangles.size());
     rtcSetGeometryBuildQuality(geometry.get(), RTC_BUILD_QUALITY_MEDIUM);
+    const FloatTrapsMasked foreignCode;
     rtcCommitGeometry(geometry.get());
     return geometry;
 }
@@ -117,7 +134,7 @@ EmbreeGeometry triangleGeometry(RTCDevice device, const std::vector<Float3>& poi
 Accel::Accel(Diagnostics& diagnostics)
     : diagnostics_(diagnostics),
       bindingMessages_(diagnostics),
-      device_(rtcNewDevice(nullptr)) {
+      device_(newDevice()) {
     rtcSetDeviceErrorFunction(device_.get(), deviceError, &diagnostics_);
 }
 
@@ -155,10 +172,7 @@ std::unique_ptr<AccelGeometry> Accel::build(const CommittedGeometry& committed,
         record->prototype = newScene();
         record->geometry = triangleGeometry(device_.get(), mesh.points, mesh);
         rtcAttachGeometryByID(record->prototype.get(), record->geometry.get(), 0);
-        rtcSetSceneProgressMonitorFunction(record->prototype.get(), keepBuilding,
-                                           const_cast<StopCheck*>(&shouldStop));
-        rtcCommitScene(record->prototype.get());
-        rtcSetSceneProgressMonitorFunction(record->prototype.get(), nullptr, nullptr);
+        commitScene(record->prototype.get(), shouldStop);
     } else {
         AffineD transform = committed.source->transforms.front();
         record->toRender.push_back(renderTransform(transform, origin_));
@@ -339,6 +353,7 @@ std::vector<EmissiveTriangle> Accel::collectEmissiveTriangles() {
 
 void Accel::attach(std::uint32_t index) {
     AccelGeometry& record = *geometries_[index];
+    const FloatTrapsMasked foreignCode;
     if (!record.instanced) {
         rtcAttachGeometryByID(top_.get(), record.geometry.get(),
                               static_cast<unsigned>(topEntries_.size()));
@@ -371,14 +386,12 @@ bool Accel::commitTop(const LightSampler& lights, const StopCheck& shouldStop) {
         rtcSetGeometryBoundsFunction(shapes.get(), lightBoundsCallback, nullptr);
         rtcSetGeometryIntersectFunction(shapes.get(), lightIntersectCallback);
         rtcSetGeometryOccludedFunction(shapes.get(), lightOccludedCallback);
+        const FloatTrapsMasked foreignCode;
         rtcCommitGeometry(shapes.get());
         rtcAttachGeometryByID(top_.get(), shapes.get(), static_cast<unsigned>(topEntries_.size()));
         topEntries_.push_back({0, 0, true});
     }
-    rtcSetSceneProgressMonitorFunction(top_.get(), keepBuilding,
-                                       const_cast<StopCheck*>(&shouldStop));
-    rtcCommitScene(top_.get());
-    rtcSetSceneProgressMonitorFunction(top_.get(), nullptr, nullptr);
+    commitScene(top_.get(), shouldStop);
     return !stopRequested(shouldStop);
 }
 

@@ -7,10 +7,13 @@
 #include <embree3/rtcore.h>
 #endif
 
+#include "core/floatTraps.h"
+
 namespace mbfeat {
 
 /// Closest hit. `ray` is read and written as Embree does.
 inline void embreeIntersect(RTCScene scene, RTCRayHit& ray, bool coherent) {
+    const FloatTrapsMasked foreignCode;
 #if RTC_VERSION_MAJOR >= 4
     RTCIntersectArguments arguments;
     rtcInitIntersectArguments(&arguments);
@@ -27,6 +30,7 @@ inline void embreeIntersect(RTCScene scene, RTCRayHit& ray, bool coherent) {
 
 /// True when anything is hit in (tnear, tfar).
 inline bool embreeOccluded(RTCScene scene, RTCRay& ray) {
+    const FloatTrapsMasked foreignCode;
 #if RTC_VERSION_MAJOR >= 4
     RTCOccludedArguments arguments;
     rtcInitOccludedArguments(&arguments);
@@ -57,6 +61,7 @@ struct EmbreePacket<16> {
 template <int N>
 void embreeIntersectPacket(RTCScene scene, const int* valid, typename EmbreePacket<N>::RayHit& rays,
                            bool coherent) {
+    const FloatTrapsMasked foreignCode;
 #if RTC_VERSION_MAJOR >= 4
     RTCIntersectArguments arguments;
     rtcInitIntersectArguments(&arguments);
@@ -83,6 +88,7 @@ void embreeIntersectPacket(RTCScene scene, const int* valid, typename EmbreePack
 /// Rays that meet something get a negative tfar.
 template <int N>
 void embreeOccludedPacket(RTCScene scene, const int* valid, typename EmbreePacket<N>::Ray& rays) {
+    const FloatTrapsMasked foreignCode;
 #if RTC_VERSION_MAJOR >= 4
     RTCOccludedArguments arguments;
     rtcInitOccludedArguments(&arguments);

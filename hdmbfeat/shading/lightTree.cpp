@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/floatTraps.h"
 #include "shading/lightImportance.h"
 
 namespace mbfeat {
@@ -31,6 +32,7 @@ ClusterLanes<Lanes> clusters(const LightTreeNode& node, int i) {
 
 void LightTree::weigh(const LightTreeNode& node, const LightReceiver& receiver,
                       LightWeights& out) const {
+    const FloatTrapsMasked lanes;
     for (int i = 0; i < kWidth; i += kLanes) {
         importance(clusters(node, i), receiver.p, receiver.n, receiver.twoSided, leastInverse_)
             .store_aligned(out.weight + i);

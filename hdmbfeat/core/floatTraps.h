@@ -1,0 +1,77 @@
+// Floating-point traps around foreign and SIMD code.
+//
+// The catalogue of hard cases (tests/stability) runs debug builds with traps on for invalid
+// operations, divisions by zero and overflows, so that our scalar code cannot make an infinity or a
+// NaN unseen. Embree and formulas on SIMD lanes make them on purpose in lanes that nobody reads:
+// around these the traps are masked, and what comes out is checked instead.
+//
+// Nothing here switches traps on that were not on, and release builds hold none of it.
+#pragma once
+
+#if !defined(NDEBUG) && defined(__SSE__)
+#include <xmmintrin.h>
+#define MBFEAT_HAS_FLOAT_TRAPS 1
+#else
+#define MBFEAT_HAS_FLOAT_TRAPS 0
+#endif
+
+namespace mbfeat {
+
+#if MBFEAT_HAS_FLOAT_TRAPS
+
+namespace traps {
+/// What is masked where masking began, in this thread: for code that is called back.
+inline thread_local unsigned maskedOutside = _MM_MASK_MASK;
+
+inline void setMask(unsigned mask) {
+    _mm_setcsr((_mm_getcsr() & ~static_cast<unsigned>(_MM_MASK_MASK)) | mask);
+}
+} // namespace traps
+
+/// Masks all traps of the thread while it lives.
+class FloatTrapsMasked {
+public:
+    FloatTrapsMasked() : before_(_mm_getcsr() & _MM_MASK_MASK), outer_(traps::maskedOutside) {
+        traps::maskedOutside = before_;
+        traps::setMask(_MM_MASK_MASK);
+    }
+    ~FloatTrapsMasked() {
+        traps::maskedOutside = outer_;
+        traps::setMask(before_);
+    }
+    FloatTrapsMasked(const FloatTrapsMasked&) = delete;
+    FloatTrapsMasked& operator=(const FloatTrapsMasked&) = delete;
+
+private:
+    unsigned before_, outer_;
+};
+
+/// In scalar code of ours that masked code calls back: what was on outside is on again.
+class FloatTrapsResumed {
+public:
+    FloatTrapsResumed() : before_(_mm_getcsr() & _MM_MASK_MASK) {
+        traps::setMask(traps::maskedOutside);
+    }
+    ~FloatTrapsResumed() { traps::setMask(before_); }
+    FloatTrapsResumed(const FloatTrapsResumed&) = delete;
+    FloatTrapsResumed& operator=(const FloatTrapsResumed&) = delete;
+
+private:
+    unsigned before_;
+};
+
+#else
+
+// Not trivial, so that a variable that only lives is no unused one.
+class FloatTrapsMasked {
+public:
+    FloatTrapsMasked() {} // NOLINT(modernize-use-equals-default)
+};
+class FloatTrapsResumed {
+public:
+    FloatTrapsResumed() {} // NOLINT(modernize-use-equals-default)
+};
+
+#endif
+
+} // namespace mbfeat
