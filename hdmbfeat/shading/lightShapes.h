@@ -220,10 +220,16 @@ struct EllipsoidShape : ShapeMap<T> {
         const T oneMinusCosMax = coneOneMinusCos(d2);
         const Vec3<T> cone = uniformCone(u, oneMinusCosMax);
         const Vec3<T> axis = select(outside, pl / (-d), Vec3<T>(T(0), T(0), T(1)));
-        const Vec3<T> wl = Frame<T>::fromNormal(axis).toWorld(cone);
+        // Where the direction first meets the sphere, in the frame of the axis: with b the line's
+        // distance from the centre, the angles at the centre are asin(b) minus that at the
+        // receiver. The receiver plus the way along the line would cancel from afar.
         const T sin2 = fma(cone.x, cone.x, cone.y * cone.y);
-        const T t = d * cone.z - safeSqrt(T(1) - d2 * sin2);
-        const Vec3<T> onSphere = normalize(pl + wl * t);
+        const T half = safeSqrt(T(1) - d2 * sin2);
+        const T t = d * cone.z - half;
+        const Frame<T> frame = Frame<T>::fromNormal(axis);
+        const Vec3<T> wl = frame.toWorld(cone);
+        const Vec3<T> onSphere =
+            normalize(frame.toWorld({cone.x * t, cone.y * t, -fma(d, sin2, cone.z * half)}));
 
         const Vec3<T> q = select(outside, onSphere, uniformSphere(u));
         const Vec3<T> cofactor = this->cofactor(q);
@@ -326,9 +332,11 @@ struct CylinderShape : ShapeMap<T> {
         const T angle = fma(T(2), u.x, T(-1)) * asin(T(1) / d);
         const T c = cos(angle), s = sin(angle);
         const T ay = pl.y / (-d), az = pl.z / (-d);
-        const T wy = ay * c - az * s, wz = fma(ay, s, az * c);
-        const T t = d * c - safeSqrt(T(1) - d2 * s * s);
-        const T y = fma(wy, t, pl.y), z = fma(wz, t, pl.z);
+        // As for the sphere: along the axis to the centre and across it, without the receiver.
+        const T half = safeSqrt(T(1) - d2 * s * s);
+        const T t = d * c - half;
+        const T along = -fma(d, s * s, c * half), across = s * t;
+        const T y = ay * along - az * across, z = fma(ay, across, az * along);
         const T radius = sqrt(fma(y, y, z * z));
         // Equiangular along the axis.
         const T k = proportion();

@@ -291,3 +291,30 @@ TEST_CASE("cones of distant lights are sampled uniformly, down to the sun and be
         CHECK(cone.pdf(-cone.axis) == 0.0F);
     }
 }
+
+TEST_CASE("round lights light the same from any distance, as far as floats go") {
+    // Seen from afar a sphere gives pi (r / d)^2, a tube over its middle pi r / d for a length
+    // beyond all bounds and less for a short one. No sample may be lost to rounding.
+    for (const double radius : {1e-3, 1e-6, 1e-9}) {
+        INFO("radius " << radius);
+        const EllipsoidShape<float> sphere(
+            EllipsoidShape<double>({0, 0, 1}, {radius, 0, 0}, {0, radius, 0}, {0, 0, radius}));
+        const CylinderShape<float> tube(
+            CylinderShape<double>({0, 0, 1}, {1, 0, 0}, {0, radius, 0}, {0, 0, radius}));
+        TestRandom random(4);
+        double fromSphere = 0.0;
+        constexpr int kCount = 2000;
+        for (int i = 0; i < kCount; ++i) {
+            const Float2 u = random.nextFloat2();
+            const ShapeSample<float> s = sphere.sample(Float3(0.0F), u);
+            REQUIRE(s.pdf > 0.0F);
+            REQUIRE(dot(s.normal, s.wi) <= 0.0F);
+            REQUIRE(std::abs(length(Double3(s.normal)) - 1.0) < 1e-6);
+            fromSphere += static_cast<double>(s.wi.z) / static_cast<double>(s.pdf) / kCount;
+            const ShapeSample<float> t = tube.sample(Float3(0.0F), u);
+            REQUIRE(t.pdf > 0.0F);
+            REQUIRE(dot(t.normal, t.wi) < 0.0F);
+        }
+        CHECK(fromSphere / (radius * radius) == doctest::Approx(kPi).epsilon(1e-4));
+    }
+}
