@@ -13,6 +13,9 @@ namespace mbfeat {
 /// c = ns.ng, the mirrored direction r has r.ng = 2 (a + s b)(c + s) / |n|^2 - b, and r.ng >= t is
 /// a quadratic inequality in s. Its larger root is the least bend; from there on both factors are
 /// positive, so that wo.n > 0 follows. The margin t is a tenth of b, which ng itself always meets.
+///
+/// Where ns points away from ng the sum cancels: its error of about 2e-7 turns the direction by
+/// 2e-7 / |ns + s ng|, which has to stay well below the margin of the angle b. Else it is ng.
 template <class T>
 Vec3<T> visibleShadingNormal(const Vec3<T>& ns, const Vec3<T>& ng, const Vec3<T>& wo) {
     const T b = dot(wo, ng);
@@ -28,7 +31,9 @@ Vec3<T> visibleShadingNormal(const Vec3<T>& ns, const Vec3<T>& ng, const Vec3<T>
     const T s = select(q1 > T(0), -q0 / max(q1 + root, tiny), (root - q1) / max(q2, tiny));
     const Vec3<T> bent = ns + ng * max(s, T(0));
     const T norm = lengthSquared(bent);
-    const Mask<T> usable = b > T(1e-6F) && norm > T(1e-12F) && norm < T(1e12F);
+    constexpr float kLeastTurn = 5e-6F;
+    const Mask<T> usable =
+        b > T(0) && norm * (b * b) > T(kLeastTurn * kLeastTurn) && norm < T(1e12F);
     const Vec3<T> unit = select<T>(s > T(0), bent / sqrt(max(norm, T(1e-12F))), ns);
     return select<T>(usable, unit, ng);
 }

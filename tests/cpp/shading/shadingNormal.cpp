@@ -48,6 +48,21 @@ TEST_CASE("bent normals see wo, and its mirror direction leaves the surface") {
     CHECK(bent > 1000);
 }
 
+TEST_CASE("normals bent from behind stay visible at grazing views, where the sum cancels") {
+    TestRandom random(42);
+    for (int i = 0; i < 20000; ++i) {
+        const Float3 ng = normalize(randomDirection(random, -1.0));
+        const Float3 any = randomDirection(random, -1.0);
+        const Float3 flat = normalize(any - ng * dot(any, ng));
+        const Float3 wo = normalize(flat + ng * (i % 2 == 0 ? 1e-4F : 1e-5F));
+        const Double3 n(visibleShadingNormal(i % 3 == 0 ? -ng : -wo, ng, wo));
+        const double seen = dot(Double3(wo), n);
+        INFO("ng ", ng.x, " ", ng.y, " ", ng.z, ", wo ", wo.x, " ", wo.y, " ", wo.z);
+        REQUIRE(seen > 0.0);
+        REQUIRE(dot(n * (2.0 * seen) - Double3(wo), Double3(ng)) > 0.0);
+    }
+}
+
 TEST_CASE("a grazing or hopeless view falls back to the geometric normal") {
     const Float3 ng(0.0F, 0.0F, 1.0F);
     CHECK(visibleShadingNormal(direction(0.5, 0.0), ng, {1.0F, 0.0F, 0.0F}) == ng);
