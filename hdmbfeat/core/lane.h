@@ -120,7 +120,7 @@ T safeSqrt(T x) {
     return sqrt(max(x, T(0)));
 }
 
-/// Sine and cosine of 2 pi u for |u| up to about 1e5, to 1.5 ulp of the larger of the two. Float
+/// Sine and cosine of 2 pi u for |u| up to about 1e5, to 1.7 ulp of the larger of the two. Float
 /// and SIMD lanes get the same bits, which the C library's functions would not give; doubles get
 /// the library's. Reduction to an eighth of a turn is exact; minimax polynomials of S. Moshier's
 /// Cephes library (sinf.c) from there on.

@@ -40,13 +40,17 @@ template <class T>
 T fresnelDielectric(const RelativeIndex<T>& index, const T& c) {
     const T tiny(1e-30F);
     const T gSquared = index.refractedSquared(c);
+    const Mask<T> refracts = gSquared > T(0);
+    // Where nothing is refracted the quotients would overflow towards the horizon.
+    const T cosine = select(refracts, c, T(1));
     const T g = safeSqrt(gSquared);
-    const T sumS = c + g;
-    const T sumP = fma(index.etaSquared, c, g);
+    const T sumS = cosine + g;
+    const T sumP = fma(index.etaSquared, cosine, g);
     const T s = index.k / max(sumS * sumS, tiny);
-    const T p = index.k * fma(index.etaSquared + T(1), c * c, T(-1)) / max(sumP * sumP, tiny);
+    const T p =
+        index.k * fma(index.etaSquared + T(1), cosine * cosine, T(-1)) / max(sumP * sumP, tiny);
     const T reflectance = T(0.5F) * fma(s, s, p * p);
-    return select(gSquared > T(0), min(reflectance, T(1)), T(1));
+    return select(refracts, min(reflectance, T(1)), T(1));
 }
 
 /// Schlick's approximation (1994) from f0 at normal incidence to white at grazing; `c` is the
