@@ -267,8 +267,10 @@ void Bsdf<T>::addReflection(const Outgoing& out, const Vec3<T>& wi, BsdfValue<T>
     const Vec3<T> sum = wo + wi;
     const T norm = lengthSquared(sum);
     const Mask<T> valid = wi.z > T(0) && norm > T(1e-20F);
-    const Vec3<T> h = sum / sqrt(max(norm, T(1e-20F)));
-    const T c = clamp(dot(wo, h), T(0), T(1));
+    const T width = sqrt(max(norm, T(1e-20F)));
+    const Vec3<T> h = sum / width;
+    // wo.h = wi.h = |wo + wi| / 2, which does not cancel at grazing angles.
+    const T c = min(T(0.5F) * width, T(1));
 
     const Ggx<T> ggx(alpha_);
     const Interface interface = interfaceAt(c);
@@ -368,7 +370,10 @@ BsdfSample<T> Bsdf<T>::sample(const Outgoing& out, const T& uLobe, const Vec2<T>
     // Directions. Refraction: t = (-wo + (c - g) h) / eta with c - g = -k / (c + g).
     const T c = clamp(dot(wo, h), T(0), T(1));
     const T g = safeSqrt(index_.refractedSquared(c));
-    const Vec3<T> through = (-wo - h * (index_.k / max(c + g, T(1e-20F)))) * (T(1) / index_.eta);
+    const Vec3<T> bent = -wo - h * (index_.k / max(c + g, T(1e-20F)));
+    // Its length is eta. Leaving a dense body what wo's rounding adds to it would be multiplied by
+    // 1 / eta^2, so that the length is taken as it is.
+    const Vec3<T> through = bent * (T(1) / sqrt(select(refracted, lengthSquared(bent), T(1))));
     const Vec3<T> mirrored = h * (T(2) * c) - wo;
     const Vec3<T> bounced = select<T>(diffuse, cosineHemisphere(u), mirrored);
 

@@ -171,6 +171,19 @@ TEST_CASE("reflection is reciprocal") {
     }
 }
 
+TEST_CASE("float reflection is reciprocal where both directions graze the surface") {
+    for (const BsdfCase& c : bsdfCases()) {
+        const Bsdf<float> bsdf(c.parameters, c.entering);
+        for (int i = 0; i < 200; ++i) {
+            const Float3 a = direction(1e-6, 0.03 * i), b = direction(1e-5, 3.1);
+            const float forth = bsdf.evaluate(a, b).total().x * a.z;
+            const float back = bsdf.evaluate(b, a).total().x * b.z;
+            INFO(c.name, ", azimuth ", 0.03 * i);
+            CHECK(std::abs(forth - back) <= 2e-6F * std::max(forth, back) + 1e-30F);
+        }
+    }
+}
+
 TEST_CASE("refraction is reciprocal up to eta squared") {
     TestRandom random(12);
     int compared = 0;

@@ -207,4 +207,24 @@ TEST_CASE("index 1 passes straight through, whatever the roughness") {
     }
 }
 
+TEST_CASE("directions that leave a dense body are unit vectors") {
+    TestRandom random(5);
+    for (const float ior : {1.5F, 10.0F, 100.0F}) {
+        for (const float roughness : {0.0F, 0.3F}) {
+            SurfaceParameters<float> p;
+            p.opacity = 0.0F;
+            p.ior = ior;
+            p.roughness = roughness;
+            const Bsdf<float> leaving(p, false);
+            for (int i = 0; i < 2000; ++i) {
+                const Float3 wo = direction(1.0 - 1e-4 * random.nextDouble(), 1.0);
+                const float choice = random.nextFloat();
+                const BsdfSample<float> s = leaving.sample(wo, choice, random.nextFloat2());
+                INFO("ior ", ior, ", roughness ", roughness, ", wi.z ", s.wi.z);
+                REQUIRE(std::abs(length(Double3(s.wi)) - 1.0) < 6e-7);
+            }
+        }
+    }
+}
+
 } // namespace mbfeat::test
