@@ -68,14 +68,21 @@ double shapingMean(const ShapingFunction<float>& shaping, bool flat) {
                                  : std::sin(0.5 * std::min(cutoff, kPiExact));
         range = sine * sine;
     }
+    // A focus is the same in front and behind, and steps that shrink towards the axis see one of
+    // up to 1e9: half of a round light's sphere stands for all of it.
+    const bool mirrored = shaping.hasFocus && !shaping.hasCone && !flat;
+    range *= mirrored ? 0.5 : 1.0;
     constexpr int kSteps = 128;
     double sum = 0.0;
     for (int i = 0; i < kSteps; ++i) {
-        const double t = 1.0 - range * (i + 0.5) / kSteps;
+        const double step = (i + 0.5) / kSteps;
+        const double cube = shaping.hasFocus ? step * step * step : 1.0;
+        const double t = 1.0 - range * step * cube;
         const double cosine = flat ? std::sqrt(t) : 2.0 * t - 1.0;
-        sum += brightness(shaping.evaluate(static_cast<float>(cosine)));
+        sum += brightness(shaping.evaluate(static_cast<float>(cosine))) *
+               (shaping.hasFocus ? 4.0 * cube : 1.0);
     }
-    return range * sum / kSteps;
+    return (mirrored ? 2.0 : 1.0) * range * sum / kSteps;
 }
 
 double textureMean(const std::shared_ptr<const Image>& image) {
