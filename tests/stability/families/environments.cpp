@@ -1,0 +1,206 @@
+// Domes: one bright texel, black, at the poles, of one texel, of extreme values.
+#include "families.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "rendering.h"
+#include "shading/environmentMap.h"
+#include "support/chiSquared.h"
+
+namespace mbfeat::stability {
+
+namespace {
+
+using test::TestRandom;
+using test::TestScene;
+
+constexpr double kPiExact = 3.14159265358979323846;
+
+using Texels = std::vector<float>;
+
+std::shared_ptr<const Image> image(int width, int height, const Texels& grey) {
+    auto made = makeImage(width, height, 1, grey);
+    if (!made) {
+        throw std::runtime_error(made.error().subject + " " + made.error().text);
+    }
+    return made.value();
+}
+
+/// An image of `rest` with one texel of `sun`, as large as the sun's disc or as a row at a pole.
+std::shared_ptr<const Image> sunImage(int width, int height, int x, int y, float sun, float rest) {
+    Texels texels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), rest);
+    texels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+           static_cast<std::size_t>(x)] = sun;
+    return image(width, height, texels);
+}
+
+/// Irradiance from the upper hemisphere (+y), by midpoints in latitude and longitude over the
+/// bilinear image, in double; texels in which nothing changes cost one point.
+double irradiance(const EnvironmentMap& map, int width, int height) {
+    double sum = 0.0;
+    constexpr int kFine = 8;
+    const int rows = height * kFine, columns = width * kFine;
+    for (int j = rows / 2; j < rows; ++j) {
+        const double latitude = kPiExact * ((j + 0.5) / rows - 0.5);
+        // cos(lat) d lat and the cosine sin(lat).
+        const double weight = std::cos(latitude) * std::sin(latitude) * (kPiExact / rows) *
+                              (2.0 * kPiExact / columns);
+        for (int i = 0; i < columns; ++i) {
+            const double longitude = kPiExact * (1.0 - 2.0 * (i + 0.5) / columns);
+            const Float3 d(static_cast<float>(std::sin(longitude) * std::cos(latitude)),
+                           static_cast<float>(std::sin(latitude)),
+                           static_cast<float>(std::cos(longitude) * std::cos(latitude)));
+            sum += weight * static_cast<double>(map.value(d).x);
+        }
+    }
+    return sum;
+}
+
+/// By the map's own samples.
+std::vector<double> sampled(const EnvironmentMap& map, int batches, int count) {
+    TestRandom random(81);
+    std::vector<double> values;
+    for (int b = 0; b < batches; ++b) {
+        double sum = 0.0;
+        for (int i = 0; i < count; ++i) {
+            const EnvironmentMap::Sample s = map.sample(random.nextFloat2());
+            const double cosine = std::max(static_cast<double>(s.direction.y), 0.0);
+            sum += cosine * static_cast<double>(map.value(s.direction).x) /
+                   static_cast<double>(s.pdf) / count;
+        }
+        values.push_back(sum);
+    }
+    return values;
+}
+
+void addSun(Catalogue& catalogue, const std::string& name, int width, int height, int x, int y,
+            float sun, float rest) {
+    catalogue.push_back({"dome/sun-" + name + "-irradiance",
+                         "irradiance of the dome's samples against quadrature of its image, score",
+                         kLargestZ, kReasonZ, [=](Report& report) {
+                             const EnvironmentMap map(sunImage(width, height, x, y, sun, rest));
+                             const double truth = irradiance(map, width, height);
+                             const std::vector<double> values = sampled(map, 256, 1024);
+                             // The quadrature has 8 x 8 points a texel.
+                             report.error(std::abs(standardScore(values, truth, 2e-3)), [&] {
+                                 return Text().add("first", values[0]).add("quadrature", truth);
+                             });
+                         }});
+    catalogue.push_back(
+        {"dome/sun-" + name + "-density",
+         "density of the dome's samples told twice, relative; at its cells' edges "
+         "of the neighbour",
+         1e-3, "one in a thousand samples may round to the next cell", [=](Report& report) {
+             const EnvironmentMap map(sunImage(width, height, x, y, sun, rest));
+             TestRandom random(82);
+             int wrong = 0;
+             constexpr int kCount = 20000;
+             for (int i = 0; i < kCount; ++i) {
+                 const EnvironmentMap::Sample s = map.sample(random.nextFloat2());
+                 const auto told = static_cast<double>(map.pdf(s.direction));
+                 wrong += relativeError(told, static_cast<double>(s.pdf)) > 1e-5 ? 1 : 0;
+                 report.require(std::abs(length(Double3(s.direction)) - 1.0) < 1e-6,
+                                [&] { return Text().add("pdf", s.pdf); });
+             }
+             report.error(static_cast<double>(wrong) / kCount);
+         }});
+}
+
+Light dome(std::shared_ptr<const Image> texture, float radiance) {
+    Light l;
+    l.path = "/Sky";
+    l.type = LightType::kDome;
+    l.radiance = Rgb(radiance);
+    l.hasTexture = texture != nullptr;
+    l.image = std::move(texture);
+    return l;
+}
+
+Estimate renderFloor(const std::vector<Light>& lights) {
+    TestScene test;
+    test.add("/Floor", test::quadMesh({-1, 0, 1}, {2, 0, 0}, {0, 0, -2}),
+             test::constantMaterial("/M", Rgb(1.0F)));
+    for (const Light& l : lights) {
+        test.scene.setLight(l);
+    }
+    Camera camera = test::testCamera({0, 0.5, 0}, 0.1F);
+    camera.toWorld.y = {0, 0, -1};
+    camera.toWorld.z = {0, 1, 0};
+    return trace(test, camera, 16, 16, plainOptions(64, 4));
+}
+
+Light lamp() {
+    Light l;
+    l.path = "/Lamp";
+    l.type = LightType::kSphere;
+    l.radius = 0.1F;
+    l.toWorld.t = {0, 3, 0};
+    return l;
+}
+
+void addWhole(Catalogue& catalogue) {
+    catalogue.push_back(
+        {"dome/black-adds-nothing", "change of the image when a black dome is added to a lamp", 0.0,
+         "what emits nothing is not sampled, so that no number changes", [](Report& report) {
+             const Estimate alone = renderFloor({lamp()});
+             const Estimate both = renderFloor({lamp(), dome(nullptr, 0.0F)});
+             const std::vector<double> a = alone.grey(), b = both.grey();
+             for (std::size_t i = 0; i < a.size(); ++i) {
+                 report.error(std::abs(a[i] - b[i]));
+             }
+         }});
+    catalogue.push_back(
+        {"dome/black-alone", "radiance under a black dome alone", 0.0, "there is no light",
+         [](Report& report) { report.error(renderFloor({dome(nullptr, 0.0F)}).mean()); }});
+    for (const auto& [name, radiance] :
+         {std::pair("1e-30", 1e-30F), std::pair("1e30", 1e30F), std::pair("65504", 65504.0F)}) {
+        catalogue.push_back({std::string("dome/uniform-") + name,
+                             "radiance of a white floor against that of a uniform dome, score",
+                             kLargestZ, kReasonZ, [radiance = radiance](Report& report) {
+                                 const Estimate e = renderFloor({dome(nullptr, radiance)});
+                                 report.error(score(e, static_cast<double>(radiance)));
+                                 report.picture(e.picture("floor"));
+                             }});
+    }
+    catalogue.push_back({"dome/dark-with-lamp",
+                         "a dome of 1e-20 beside a lamp against the lamp alone, score of the "
+                         "difference",
+                         kLargestZ, kReasonZ, [](Report& report) {
+                             const Estimate alone = renderFloor({lamp()});
+                             const Estimate both = renderFloor({lamp(), dome(nullptr, 1e-20F)});
+                             report.error(score(both, alone));
+                         }});
+}
+
+/// Maps of one texel, one row and one column are what they say in every direction.
+void checkSmallest(Report& report) {
+    for (const auto& [w, h] :
+         {std::pair(1, 1), std::pair(2, 1), std::pair(1, 2), std::pair(7, 1)}) {
+        const EnvironmentMap map(
+            image(w, h, Texels(static_cast<std::size_t>(w) * static_cast<std::size_t>(h), 3.0F)));
+        TestRandom random(83);
+        for (int i = 0; i < 4096; ++i) {
+            const EnvironmentMap::Sample s = map.sample(random.nextFloat2());
+            report.error(relativeError(static_cast<double>(map.value(s.direction).x), 3.0));
+            report.error(relativeError(static_cast<double>(s.pdf), 1.0 / (4.0 * kPiExact)),
+                         [&] { return Text().add("width", w).add("height", h).add("pdf", s.pdf); });
+        }
+        report.error(relativeError(map.mean(), 3.0));
+    }
+}
+
+} // namespace
+
+void addEnvironments(Catalogue& catalogue) {
+    addSun(catalogue, "one-texel-1e6", 512, 256, 100, 200, 1e6F, 1.0F);
+    addSun(catalogue, "one-texel-in-black", 512, 256, 300, 180, 1e9F, 0.0F);
+    addSun(catalogue, "at-pole", 256, 128, 17, 127, 1e6F, 1e-3F);
+    addSun(catalogue, "at-seam", 256, 128, 0, 100, 65504.0F, 0.0F);
+    addWhole(catalogue);
+    catalogue.push_back({"dome/smallest-images",
+                         "value, density and mean of uniform maps of one to seven texels, relative",
+                         1e-6, "some roundings", checkSmallest});
+}
+
+} // namespace mbfeat::stability
