@@ -22,6 +22,7 @@ def main(arguments: list[str] | None = None) -> int:
     _add_settings(commands)
     _add_generated(commands)
     _add_bench(commands)
+    _add_stability(commands)
     options = parser.parse_args(arguments)
     try:
         return int(options.run(options))
@@ -111,6 +112,38 @@ def _add_bench(commands: Any) -> None:
     command.set_defaults(run=_run_bench)
 
 
+def _add_stability(commands: Any) -> None:
+    command = commands.add_parser(
+        "stability",
+        help="run the catalogue of numerically hard cases",
+        description="Runs the catalogue of numerically hard cases and prints each case, its check, "
+        "the worst error, the budget and the verdict. Exits with 1 when a case fails. Works in a "
+        "checkout only.",
+    )
+    command.add_argument("--json", type=Path, metavar="FILE", help="write what was found there")
+    command.add_argument(
+        "--filter", default="*", metavar="GLOB", help="only cases of such names: 'closure/*'"
+    )
+    command.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="folder for the table and for pictures of what fails (default: .mbfeat/stability)",
+    )
+    command.add_argument(
+        "--traps",
+        action="store_true",
+        help="in a debug build, in which invalid operations, divisions by zero and overflows trap",
+    )
+    command.add_argument(
+        "--page",
+        type=Path,
+        metavar="FILE",
+        help="run nothing: write the page 'hard cases' of the documentation from such a JSON file",
+    )
+    command.set_defaults(run=_run_stability)
+
+
 def _run_aovs(options: argparse.Namespace) -> int:
     from mbfeat import _core, layout
 
@@ -194,6 +227,19 @@ def _run_bench(options: argparse.Namespace) -> int:
         )
     sys.path.insert(0, str(folder))
     from peers.command import run
+
+    return run(options)
+
+
+def _run_stability(options: argparse.Namespace) -> int:
+    tests = Path(__file__).resolve().parents[2] / "tests"
+    if not (tests / "stability").is_dir() or importlib.util.find_spec("mbfeat.devtools") is None:
+        return _fail(
+            "stability: this is no checkout, and the hard cases are not installed; run "
+            "./run mbfeat stability in a checkout"
+        )
+    sys.path.insert(0, str(tests / "bench"))
+    from mbfeat.stability import run
 
     return run(options)
 
