@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "core/floatTraps.h"
 #include "core/frame.h"
 
 namespace mbfeat {
@@ -52,9 +53,12 @@ Float3 inRange(const Float3& value, float lo, float hi, float fallback) {
 
 /// A tangent-space normal of unit length; (0, 0, 1) where there is no direction in the value.
 Float3 unitNormal(const Float3& value) {
+    const Float3 up(0.0F, 0.0F, 1.0F);
+    if (!isFinite(value) || maxComponent(abs(value)) > 1e18F) {
+        return up; // its square would overflow
+    }
     const float norm = length(value);
-    const bool usable = std::isfinite(norm) && norm > 1e-6F;
-    return usable ? value / norm : Float3(0.0F, 0.0F, 1.0F);
+    return norm > 1e-6F ? value / norm : up;
 }
 
 /// Writes one input into the parameters, clamped. Opacity inputs are kept by evaluateOpacity().
@@ -163,6 +167,8 @@ Float3 channels(const Float4& value, int first) {
 
 Float3 evaluateInput(const MaterialBinding& binding, MaterialSlot slot, std::uint32_t triangle,
                      float b1, float b2, TextureValues& textures) {
+    // Authors may write anything: what comes out of it is brought into range, see store().
+    const FloatTrapsMasked anything;
     const BoundInput& bound = binding.inputs[static_cast<std::size_t>(slot)];
     if (bound.source == MaterialInput::Source::kTexture) {
         return channels(textures.get(bound.input->texture), bound.input->channel);

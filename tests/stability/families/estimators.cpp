@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "core/floatTraps.h"
 #include "core/frame.h"
 #include "integrate/kernel/kernelState.h"
 #include "rendering.h"
@@ -25,6 +26,8 @@ void checkMisWeights(Report& report) {
                                1.01F, 1e9F,   1e18F,  1e20F,  1e30F, 3e38F};
     for (const float a : densities) {
         for (const float b : densities) {
+            // The ratio may be infinite: its inverse is the right zero then.
+            const FloatTrapsMasked infinite;
             const float w = misWeight(a, b);
             const long double la = a, lb = b;
             const auto truth =

@@ -6,6 +6,7 @@
 #include <memory>
 #include <stdexcept>
 
+#include "core/floatTraps.h"
 #include "film/temporaryDirectory.h"
 #include "rendering.h"
 #include "scene/imageFiles.h"
@@ -23,13 +24,18 @@ using test::TestScene;
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
-/// A file of three channels with these values in red, read as a texture.
+/// A file of three equal channels. OpenEXR and the conversions to its types may do what they like.
+void writeHard(const std::string& path, const std::vector<float>& grey, Imf::PixelType type) {
+    const FloatTrapsMasked foreignCode;
+    writeExr(path, Imf::Header(static_cast<int>(grey.size()), 1),
+             {{"R", type, grey}, {"G", type, grey}, {"B", type, grey}});
+}
+
+/// A file of these values, read as a texture.
 std::shared_ptr<const Image> readBack(const std::vector<float>& red, Imf::PixelType type) {
     const TemporaryDirectory folder;
     const std::string path = folder.file("hard.exr");
-    const std::vector<float> ones(red.size(), 1.0F);
-    writeExr(path, Imf::Header(static_cast<int>(red.size()), 1),
-             {{"R", type, red}, {"G", type, ones}, {"B", type, ones}});
+    writeHard(path, red, type);
     Diagnostics diagnostics;
     TextureCache cache(diagnostics);
     ImageKey key;
@@ -201,8 +207,7 @@ Estimate renderTextured(float texel, bool emits) {
     TestScene test;
     const TemporaryDirectory folder;
     const std::string path = folder.file("value.exr");
-    writeExr(path, Imf::Header(1, 1),
-             {{"R", Imf::FLOAT, {texel}}, {"G", Imf::FLOAT, {texel}}, {"B", Imf::FLOAT, {texel}}});
+    writeHard(path, {texel}, Imf::FLOAT);
     textured.material.textures[0].image.path = path;
     textured.material.textures[0].image.colorSpace = SourceColorSpace::kRaw;
     test.add("/Floor", textured.mesh, textured.material);
