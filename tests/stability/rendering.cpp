@@ -31,7 +31,7 @@ void traceShare(const Integrator& integrator, int first, int samples, Estimate& 
             pixel.alpha += record.alpha;
             pixel.distance += record.distance;
             pixel.vertices += record.vertexCount;
-            pixel.mostVertices = std::max(pixel.mostVertices, record.vertexCount);
+            pixel.mostVertices = std::max(pixel.mostVertices, static_cast<int>(record.vertexCount));
         }
         batch.clear();
     };
