@@ -70,9 +70,11 @@ std::vector<SettingDescriptor> makeSettingTable() {
             "mbfeat:pixelFilterWidth", "Pixel filter width", 0.0, 0.0, 16.0,
             "Full width of the pixel filter, in pixels; 0 is the filter's own: box 1, triangle "
             "2, gaussian and blackmanHarris 3, mitchell 4."),
-        makeInteger("mbfeat:russianRouletteStart", "Russian roulette start",
-                    defaults.russianRouletteStart, 0, 1024,
-                    "First path vertex at which Russian roulette may end a path."),
+        makeInteger(
+            "mbfeat:russianRouletteStart", "Russian roulette start", defaults.russianRouletteStart,
+            0, 1024,
+            "Russian roulette may end a path at the scatterings after this number of diffuse "
+            "or rough ones: mirrors and clear or finely ground glass do not count."),
         makeReal("mbfeat:clampDirect", "Clamp direct", defaults.clampDirect, 0.0, 1e30,
                  "Largest value that light seen directly or at the first hit adds to a sample, in "
                  "radiance; 0 is no clamp. A clamp loses energy."),

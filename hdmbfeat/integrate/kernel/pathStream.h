@@ -73,6 +73,9 @@ enum PathFlag : std::int32_t {
     kFlagTwoSided = 2, ///< light could arrive from both sides of the last vertex
     kFlagNonDelta = 4, ///< a vertex with a lobe that is not a delta was met
 };
+/// Above the bits: the number of scatterings that count for roulette.
+inline constexpr int kScatteringsShift = 8;
+inline constexpr std::int32_t kScatteringsMask = 0x00ffff00;
 
 class PathStream {
 public:

@@ -51,6 +51,7 @@ public:
 
 private:
     static constexpr int kWidth = LaneTraits<T>::kWidth;
+    static constexpr float kWideRoughness = 0.3F;
     using Group = typename KernelState<T>::Group;
 
     void shade(const Group& g, int vertex) {
@@ -347,8 +348,11 @@ private:
         }
         Vec3<T> carried = arrival.throughput * sample.weight;
         const T etaScale = arrival.etaScale * sqr(sample.eta);
+        const IntLane<T> scatterings = countScatterings(bitsOf(arrival.keys.w), sample);
         if (vertex >= context_.options.russianRouletteStart) {
-            roulette(etaScale, sampler.get1D(base + kDimRoulette), carried, on);
+            const Mask<T> mayEnd = toFloat(IntLane<T>(scatterings >> kScatteringsShift)) >
+                                   T(static_cast<float>(context_.options.russianRouletteStart));
+            roulette(mayEnd, etaScale, sampler.get1D(base + kDimRoulette), carried, on);
         }
         const std::uint32_t left = laneBits(on) & g.bits;
         if (left == 0) {
@@ -356,7 +360,8 @@ private:
         }
         PathStream& paths = s_.paths;
         const IntLane<T> zero(0);
-        const IntLane<T> flags = (bitsOf(arrival.keys.w) & IntLane<T>(kFlagNonDelta)) |
+        const IntLane<T> flags = scatterings |
+                                 (bitsOf(arrival.keys.w) & IntLane<T>(kFlagNonDelta)) |
                                  selectInt(v.bsdf.hasNonDelta(), IntLane<T>(kFlagNonDelta), zero) |
                                  selectInt(sample.delta, IntLane<T>(kFlagDelta), zero) |
                                  selectInt(v.twoSided, IntLane<T>(kFlagTwoSided), zero);
@@ -382,10 +387,19 @@ private:
         }
     }
 
+    /// The flags' count of scatterings, with that of `sample`. Mirrors and glass hardly take a path
+    /// nearer to its end: what counts is what spreads light widely.
+    static IntLane<T> countScatterings(const IntLane<T>& flags, const BsdfSample<T>& sample) {
+        const Mask<T> wide = sample.diffuse || sample.roughness > T(kWideRoughness);
+        return (flags & IntLane<T>(kScatteringsMask)) +
+               selectInt(wide, IntLane<T>(1 << kScatteringsShift), IntLane<T>(0));
+    }
+
     /// Russian roulette on the expected contribution.
-    static void roulette(const T& etaScale, const T& u, Vec3<T>& carried, Mask<T>& on) {
+    static void roulette(const Mask<T>& mayEnd, const T& etaScale, const T& u, Vec3<T>& carried,
+                         Mask<T>& on) {
         constexpr float kMostLikely = 0.95F;
-        const T q = min(maxComponent(carried) * etaScale, T(kMostLikely));
+        const T q = select(mayEnd, min(maxComponent(carried) * etaScale, T(kMostLikely)), T(1));
         on = on && u < q;
         carried = carried * (T(1) / select(on, q, T(1)));
     }
