@@ -23,9 +23,14 @@ from pathlib import Path
 from mbfeat.devtools.layout import Layout
 
 
-def for_runtime(layout: Layout, base: Mapping[str, str]) -> dict[str, str]:
-    """`base` plus the project's variables, with the runtime's pxr."""
-    result = _common(layout, base)
+def for_runtime(
+    layout: Layout, base: Mapping[str, str], venv: Path | None = None
+) -> dict[str, str]:
+    """`base` plus the project's variables, with the runtime's pxr.
+
+    `venv` is the virtual environment, by default the development one.
+    """
+    result = _common(layout, base, venv)
     result["MBFEAT_PXR"] = "runtime"
     _prepend(result, base, "PYTHONPATH", layout.usd, *_own_python(layout))
     _prepend(result, base, "PXR_PLUGINPATH_NAME", layout.build / "plugin" / "usd")
@@ -34,9 +39,11 @@ def for_runtime(layout: Layout, base: Mapping[str, str]) -> dict[str, str]:
     return result
 
 
-def for_usd_core(layout: Layout, base: Mapping[str, str]) -> dict[str, str]:
+def for_usd_core(
+    layout: Layout, base: Mapping[str, str], venv: Path | None = None
+) -> dict[str, str]:
     """The same with usd-core's pxr and without the plug-in, which fits the runtime alone."""
-    result = _common(layout, base)
+    result = _common(layout, base, venv)
     result["MBFEAT_PXR"] = "usd-core"
     outside = {"PYTHONPATH": _without(base.get("PYTHONPATH", ""), layout)}
     _prepend(result, outside, "PYTHONPATH", *_own_python(layout))
@@ -48,11 +55,12 @@ def _own_python(layout: Layout) -> tuple[Path, Path]:
     return layout.root / "python", layout.build / "python"
 
 
-def _common(layout: Layout, base: Mapping[str, str]) -> dict[str, str]:
+def _common(layout: Layout, base: Mapping[str, str], venv: Path | None) -> dict[str, str]:
     result = {name: value for name, value in base.items() if name != "PYTHONHOME"}
-    _prepend(result, base, "PATH", layout.bin, layout.venv / "bin")
+    venv = venv or layout.venv
+    _prepend(result, base, "PATH", layout.bin, venv / "bin")
     result.update(
-        VIRTUAL_ENV=str(layout.venv),
+        VIRTUAL_ENV=str(venv),
         MBFEAT_USD_ROOT=str(layout.usd),
         MBFEAT_OCIO_DIR=str(layout.ocio),
         MBFEAT_BUILD_DIR=str(layout.build),

@@ -57,6 +57,11 @@ class Layout:
         return self.made / "peers"
 
     @property
+    def training(self) -> Path:
+        """The virtual environment with PyTorch, for ./run training."""
+        return self.made / "training"
+
+    @property
     def downloads(self) -> Path:
         return self.made / "downloads"
 

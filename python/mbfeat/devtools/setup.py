@@ -1,7 +1,8 @@
 """``./run COMMAND...``: sets up what is missing, then becomes COMMAND.
 
 Own commands are ``test``, ``lint``, ``mbfeat`` and ``usdrecord``; anything else is looked up on
-PATH. With MBFEAT_SKIP_BUILD set, an existing build is used as it is.
+PATH. ``training COMMAND...`` runs it in the environment that has PyTorch. With MBFEAT_SKIP_BUILD
+set, an existing build is used as it is.
 """
 
 from __future__ import annotations
@@ -15,10 +16,11 @@ from typing import NoReturn
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from mbfeat.devtools import environment, steps
+from mbfeat.devtools import environment, steps, training_steps
 from mbfeat.devtools.console import Console, SetupError
 from mbfeat.devtools.layout import Layout, this_layout
 
+TRAINING = "training"
 TASKS = ("test", "sanitize", "lint")
 USAGE = """\
 usage: ./run COMMAND [ARGUMENT...]
@@ -28,6 +30,7 @@ Sets up what is missing, then runs COMMAND in the project's environment. Among o
   ./run test [--cpp | --python] [PYTEST-OPTION...]   run the tests
   ./run sanitize                                  run the C++ tests under the sanitizers
   ./run lint [--fix]                              check format, style and types
+  ./run training COMMAND [ARGUMENT...]            run COMMAND where PyTorch is, installed on demand
 """
 
 
@@ -36,12 +39,18 @@ def main(arguments: list[str]) -> int:
         sys.stderr.write(USAGE)
         return 0 if arguments else 2
     layout = this_layout()
+    training = arguments[0] == TRAINING
+    if training:
+        arguments = arguments[1:] or ["true"]
+    wanted: list[type[steps.Step]] = list(steps.ALWAYS)
+    if arguments[0] == "lint":
+        wanted += steps.FOR_LINT
+    if training:
+        wanted.append(training_steps.TrainingEnvironment)
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, _interrupt)
     try:
-        set_up(
-            layout, list(steps.ALWAYS) + (list(steps.FOR_LINT) if arguments[0] == "lint" else [])
-        )
+        set_up(layout, wanted)
     except SetupError as error:
         sys.stderr.write(f"run: {error}\n")
         return 1
@@ -53,7 +62,7 @@ def main(arguments: list[str]) -> int:
         return 130
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_DFL)
-    return become(layout, arguments)
+    return become(layout, arguments, layout.training if training else layout.venv)
 
 
 def set_up(layout: Layout, wanted: list[type[steps.Step]]) -> None:
@@ -80,12 +89,12 @@ def set_up(layout: Layout, wanted: list[type[steps.Step]]) -> None:
                 console.done()
 
 
-def become(layout: Layout, arguments: list[str]) -> NoReturn:
-    """Replaces this process by the command."""
-    variables = environment.for_runtime(layout, os.environ)
+def become(layout: Layout, arguments: list[str], venv: Path) -> NoReturn:
+    """Replaces this process by the command, in the virtual environment `venv`."""
+    variables = environment.for_runtime(layout, os.environ, venv)
     command = arguments
     if arguments[0] in TASKS:
-        command = [str(layout.venv_python), "-m", "mbfeat.devtools.tasks", *arguments]
+        command = [str(venv / "bin" / "python"), "-m", "mbfeat.devtools.tasks", *arguments]
     sys.stdout.flush()
     sys.stderr.flush()
     try:

@@ -154,31 +154,45 @@ class VirtualEnvironment(Step):
     def requirements(self) -> Path:
         return self.layout.devtools / "requirements.txt"
 
+    @property
+    def place(self) -> Path:
+        """Where the environment is found: a link into `store`."""
+        return self.layout.venv
+
+    @property
+    def store(self) -> Path:
+        return self.layout.made / "venvs"
+
     def key(self) -> str:
         # A venv holds absolute paths, so its own place counts.
-        return digest(base_python(), str(self.layout.venv), self.requirements.read_bytes())
+        return digest(base_python(), str(self.place), self.requirements.read_bytes())
 
     def present(self) -> bool:
-        return self.layout.venv_python.exists()
+        return (self.place / "bin" / "python").exists()
 
     def make(self) -> None:
-        require_disk(self.layout.made, 1000, "the Python environment")
-        # Made anew each time, in a folder of its own: repairing what a killed pip left behind is
-        # not reliable, and a helper process that outlived a killed ./run may still write there.
-        folder = self.layout.made / "venvs" / f"{os.getpid()}-{time.time_ns()}"
-        self._remove_others()
-        self.fill(folder)
-        self.pip(["check"], "the pinned Python packages do not fit together", folder)
-        link = folder.with_name("link.partial")
-        link.unlink(missing_ok=True)
-        link.symlink_to(folder.relative_to(self.layout.made))
-        if self.layout.venv.is_dir() and not self.layout.venv.is_symlink():
-            shutil.rmtree(self.layout.venv)
-        os.replace(link, self.layout.venv)
-        self._remove_others()
+        self.make_environment(1000, check=True)
         for command, module in (("mbfeat", "mbfeat.cli"), ("usdrecord", "mbfeat.usdrecord")):
             script = f'#!/bin/sh\nexec "{self.layout.venv_python}" -P -m {module} "$@"\n'
             write_whole(self.layout.bin / command, script, 0o755)
+
+    def make_environment(self, megabytes: int, *, check: bool) -> None:
+        """Makes the environment and its link; `check` that its packages ask for no others."""
+        require_disk(self.layout.made, megabytes, f"the {self.title}")
+        # Made anew each time, in a folder of its own: repairing what a killed pip left behind is
+        # not reliable, and a helper process that outlived a killed ./run may still write there.
+        folder = self.store / f"{os.getpid()}-{time.time_ns()}"
+        self._remove_others()
+        self.fill(folder)
+        if check:
+            self.pip(["check"], "the pinned Python packages do not fit together", folder)
+        link = folder.with_name("link.partial")
+        link.unlink(missing_ok=True)
+        link.symlink_to(folder.relative_to(self.layout.made))
+        if self.place.is_dir() and not self.place.is_symlink():
+            shutil.rmtree(self.place)
+        os.replace(link, self.place)
+        self._remove_others()
 
     def fill(self, folder: Path) -> None:
         """Makes an environment with the required packages in `folder`."""
@@ -192,9 +206,9 @@ class VirtualEnvironment(Step):
         self.pip(["install", "--no-deps", *raw, "-r", self.requirements], failure, folder)
 
     def _remove_others(self) -> None:
-        """Removes the environments that .mbfeat/venv does not point to."""
-        current = self.layout.venv.resolve()
-        for folder in (self.layout.made / "venvs").glob("*"):
+        """Removes the environments that the link does not point to."""
+        current = self.place.resolve()
+        for folder in self.store.glob("*"):
             if folder.resolve() != current:
                 shutil.rmtree(folder, ignore_errors=True)
 

@@ -74,11 +74,11 @@ def test(layout: Layout, arguments: list[str]) -> int:
             _test_cpp(PRESET, report, tally)
         if "--python" in kinds:
             for variables in (
-                environment.for_runtime(layout, os.environ),
-                environment.for_usd_core(layout, os.environ),
+                environment.for_runtime(layout, os.environ, Path(sys.prefix)),
+                environment.for_usd_core(layout, os.environ, Path(sys.prefix)),
             ):
                 report.unlink(missing_ok=True)
-                _test_python(layout, variables, rest, report, tally)
+                _test_python(variables, rest, report, tally)
     seconds = time.monotonic() - started
     skipped = f", {tally.skipped} skipped" if tally.skipped else ""
     if tally.broken:
@@ -103,10 +103,10 @@ def _test_cpp(preset: str, report: Path, tally: Tally) -> None:
 
 
 def _test_python(
-    layout: Layout, variables: Mapping[str, str], arguments: list[str], report: Path, tally: Tally
+    variables: Mapping[str, str], arguments: list[str], report: Path, tally: Tally
 ) -> None:
     print(f"==== Python tests with the pxr of {variables['MBFEAT_PXR']} ====", flush=True)
-    command = [str(layout.venv_python), "-m", "pytest", f"--junitxml={report}", *arguments]
+    command = [sys.executable, "-m", "pytest", f"--junitxml={report}", *arguments]
     tally.add_report(report, subprocess.run(command, env=variables, check=False).returncode)
 
 
@@ -137,7 +137,7 @@ def lint(layout: Layout, arguments: list[str]) -> int:
     deadline = time.monotonic() + (budgets[-1] if budgets else math.inf)
     only = [argument for argument in arguments if not argument.startswith("--")]
     sources = _own_sources()
-    python = ["python", "tests"]
+    python = ["python", "tests", "training"]
     clang_format = ["clang-format", *(["-i"] if fix else ["--dry-run", "-Werror"])]
     ruff_format = ["ruff", "format", *([] if fix else ["--check"])]
     ruff_check = ["ruff", "check", *(["--fix"] if fix else [])]
