@@ -1,0 +1,88 @@
+"""Sizes and switches of a network, saved with its weights."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+T = TypeVar("T")
+
+FEATURE_SETS = ("gbuffer", "paths", "extended")
+
+
+class ConfigError(Exception):
+    """A configuration has an unknown name or a value that cannot be used."""
+
+
+@dataclass(frozen=True)
+class ModelConfig:
+    """A network; the defaults are the published hyper-parameters.
+
+    `unet` are the widths of the U-Net's levels, `convs` its 3x3 convolutions a level and side.
+    `log_scale` divides log(1 + x) of radiance. The switches from `valid_bits` on need the feature
+    set ``extended``: `increments` gives radiance as what each vertex adds (throughput times direct
+    light), `first_non_delta` the features of the first vertex that is no mirror nor clear glass,
+    `vertex_encoder` the width of a network shared over vertices, whose outputs are summed, in place
+    of the flat features (0: flat). `layers` reconstructs direct, reflected and transmitted paths
+    apart with kernels of their own, and adds them. `pyramid` is the number of scales on which
+    kernels of `kernel` pixels are splatted (1: full resolution only).
+    """
+
+    features: str = "paths"
+    width: int = 128
+    embedding_layers: int = 3
+    steps: int = 3
+    unet: tuple[int, ...] = (128, 256, 512)
+    convs: int = 3
+    regressor_layers: int = 3
+    kernel: int = 21
+    weight_norm: bool = True
+    log_scale: float = 10.0
+    valid_bits: bool = False
+    increments: bool = False
+    first_non_delta: bool = False
+    vertex_encoder: int = 0
+    layers: bool = False
+    pyramid: int = 1
+
+    def __post_init__(self) -> None:
+        if self.features not in FEATURE_SETS:
+            raise ConfigError(
+                f"model.features is {self.features!r}; there are {', '.join(FEATURE_SETS)}"
+            )
+        if self.kernel % 2 == 0 or self.kernel < 1:
+            raise ConfigError(f"model.kernel is {self.kernel}; it has to be odd")
+        for name in ("width", "embedding_layers", "steps", "convs", "regressor_layers", "pyramid"):
+            if getattr(self, name) < 1:
+                raise ConfigError(f"model.{name} is {getattr(self, name)}; it has to be positive")
+        extended = ("valid_bits", "increments", "first_non_delta", "vertex_encoder", "layers")
+        on = [name for name in extended if getattr(self, name)]
+        if on and self.features != "extended":
+            raise ConfigError(f"model.{on[0]} needs the feature set extended, not {self.features}")
+
+    @property
+    def unit(self) -> int:
+        """Tiles have to begin at multiples of this, or pooling sees other cells."""
+        return int(2 ** max(len(self.unet) - 1, self.pyramid - 1))
+
+    @property
+    def receptive_field(self) -> int:
+        """Pixels around an output pixel that can change it; tiles overlap by at least these."""
+        context = 0
+        for level in range(len(self.unet)):
+            sides = 1 if level == len(self.unet) - 1 else 2
+            # Convolutions, and for pooling and bilinear enlargement one cell of the level.
+            context += 2**level * (self.convs * sides + (1 if level else 0))
+        splat = sum(2**level * (self.kernel // 2 + 2) for level in range(self.pyramid))
+        return self.steps * context + (splat if self.pyramid > 1 else self.kernel // 2)
+
+
+def from_dict(kind: type[T], values: dict[str, Any], where: str) -> T:
+    """A configuration from plain values; raises ConfigError that names what is unknown."""
+    known = {field.name: field for field in dataclasses.fields(kind)}  # type: ignore[arg-type]
+    for name in values:
+        if name not in known:
+            raise ConfigError(f"{where}.{name} is unknown; there are {', '.join(known)}")
+    converted = {n: tuple(v) if isinstance(v, list) else v for n, v in values.items()}
+    return kind(**converted)

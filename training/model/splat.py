@@ -1,0 +1,139 @@
+"""Kernel splatting: every sample spreads its radiance over the pixels around it.
+
+Tap (j, i) of a sample's k x k kernel belongs to the pixel r - j rows and r - i columns further,
+r = k // 2. A pixel is the mean of all that reaches it, weighted by the softmax of the logits over
+samples and taps (Gharbi et al. 2019, equation 3). The softmax is exact: each pixel carries the
+largest logit so far, and its sums are scaled down when a later sample exceeds it, so that no logit
+can overflow. Taps that would come from outside the image weigh nothing.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import torch
+from torch import Tensor
+from torch.nn.functional import pad
+
+OUTSIDE = -1e4  # logit of what lies outside the image: exp() of it is 0 beside any other
+
+
+def _gathered(logits: Tensor, k: int, height: int, width: int) -> Tensor:
+    """A view [n, k, k, h, w] of padded logits [n, k k, h + k - 1, w + k - 1] by destination.
+
+    A destination's tap (j, i) lies at row y + j and column x + i of its plane: a change of strides.
+    """
+    rows, columns = height + k - 1, width + k - 1
+    plane = rows * columns
+    return logits.as_strided(
+        (logits.shape[0], k, k, height, width),
+        (k * k * plane, k * plane + columns, plane + 1, columns, 1),
+        logits.storage_offset(),
+    )
+
+
+def _windows(radiance: Tensor, k: int, height: int, width: int) -> Tensor:
+    """A view [n, c, k, k, h, w] of padded radiance [n, c, h + k - 1, w + k - 1]."""
+    rows, columns = height + k - 1, width + k - 1
+    n, c = radiance.shape[:2]
+    return radiance.as_strided(
+        (n, c, k, k, height, width),
+        (c * rows * columns, rows * columns, columns, 1, columns, 1),
+        radiance.storage_offset(),
+    )
+
+
+class _Splat(torch.autograd.Function):
+    """Streams over samples; keeps the logits, and remakes the weights for the gradient."""
+
+    @staticmethod
+    def forward(ctx: Any, logits: Tensor, radiance: Tensor) -> Tensor:
+        n, samples, taps, height, width = logits.shape
+        k, channels = round(taps**0.5), radiance.shape[2]
+        r = k // 2
+        largest = logits.new_full((n, height, width), OUTSIDE)
+        total = logits.new_zeros((n, height, width))
+        sums = logits.new_zeros((n, channels, height, width))
+        for s in range(samples):
+            padded = pad(logits[:, s], (r, r, r, r), value=OUTSIDE)
+            weights = _gathered(padded, k, height, width)
+            raised = torch.maximum(largest, weights.amax(dim=(1, 2)))
+            fade = torch.exp(largest - raised)
+            weights = torch.exp(weights - raised[:, None, None])
+            values = _windows(pad(radiance[:, s], (r, r, r, r)), k, height, width)
+            total = total * fade + weights.sum(dim=(1, 2))
+            for c in range(channels):
+                spread = torch.einsum("njihw,njihw->nhw", weights, values[:, c])
+                sums[:, c] = sums[:, c] * fade + spread
+            largest = raised
+        image = sums / total[:, None]
+        ctx.save_for_backward(logits, radiance, largest, total, image)
+        return image
+
+    @staticmethod
+    def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, Tensor | None]:
+        (gradient,) = gradients
+        logits, radiance, largest, total, image = ctx.saved_tensors
+        samples, taps, height, width = logits.shape[1:]
+        k, channels = round(taps**0.5), radiance.shape[2]
+        r = k // 2
+        to_logits = torch.empty_like(logits)
+        to_radiance = torch.empty_like(radiance) if ctx.needs_input_grad[1] else None
+        scaled = gradient / total[:, None]
+        offset = (scaled * image).sum(dim=1)
+        for s in range(samples):
+            padded = pad(logits[:, s], (r, r, r, r), value=OUTSIDE)
+            weights = torch.exp(_gathered(padded, k, height, width) - largest[:, None, None])
+            values = _windows(pad(radiance[:, s], (r, r, r, r)), k, height, width)
+            change = -offset[:, None, None].expand_as(weights).contiguous()
+            for c in range(channels):
+                change.addcmul_(values[:, c], scaled[:, c, None, None])
+            change *= weights
+            back = torch.zeros_like(padded)
+            _gathered(back, k, height, width).copy_(change)
+            to_logits[:, s] = back[..., r : r + height, r : r + width]
+            if to_radiance is not None:
+                for c in range(channels):
+                    spread = torch.zeros_like(padded)
+                    _gathered(spread, k, height, width).copy_(weights * scaled[:, c, None, None])
+                    inner = spread[..., r : r + height, r : r + width]
+                    to_radiance[:, s, c] = inner.sum(dim=1)
+        return to_logits, to_radiance
+
+
+def splat(logits: Tensor, radiance: Tensor) -> Tensor:
+    """Image [n, c, h, w] of logits [n, samples, k k, h, w] and radiance [n, samples, c, h, w]."""
+    image: Tensor = _Splat.apply(logits.contiguous(), radiance.contiguous())
+    return image
+
+
+def plain_splat(logits: Tensor, radiance: Tensor) -> Tensor:
+    """The same in plain operators, which ONNX has; needs the memory of all kernels at once.
+
+    Rows are brought to their destinations by padding every plane by one row more than it has and
+    cutting the sequence of planes into lengths one greater: plane j is then shifted by j rows.
+    """
+    n, samples, taps = logits.shape[:3]
+    height, width = logits.shape[3], logits.shape[4]
+    k = round(int(taps) ** 0.5)
+    r, channels = k // 2, radiance.shape[2]
+    rows, columns = height + 2 * r, width + 2 * r
+    planes = pad(logits, (r, r, r, r), value=OUTSIDE).reshape(n, samples, k, k, rows, columns)
+    weights = _skewed(planes.permute(0, 1, 3, 5, 2, 4), k, rows, height)  # n s i columns j h
+    weights = _skewed(weights.permute(0, 1, 4, 5, 2, 3), k, columns, width)  # n s j h i w
+    largest = weights.amax(dim=(1, 2, 4), keepdim=True)
+    weights = torch.exp(weights - largest)
+    padded = pad(radiance, (r, r, r, r))
+    rowwise = torch.stack([padded[..., j : j + height, :] for j in range(k)], dim=3)
+    values = torch.stack([rowwise[..., i : i + width] for i in range(k)], dim=5)
+    # values [n, s, c, j, h, i, w]
+    sums = [(weights * values[:, :, c]).sum(dim=(1, 2, 4)) for c in range(int(channels))]
+    total = weights.sum(dim=(1, 2, 4))
+    return torch.stack(sums, dim=1) / total[:, None]
+
+
+def _skewed(planes: Tensor, k: int, length: int, kept: int) -> Tensor:
+    """[..., k, length] to [..., k, kept]: row j begins at its element j."""
+    lead = planes.shape[:-2]
+    flat = pad(planes.reshape(*lead, k * length), (0, k))
+    return flat.reshape(*lead, k, length + 1)[..., :kept]
