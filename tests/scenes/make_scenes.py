@@ -13,6 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import paper_stages
 import stagekit as kit
 from PIL import Image
 from pxr import Gf, Usd, UsdGeom, UsdLux
@@ -412,6 +413,8 @@ def pane() -> Usd.Stage:
 
 STAGES: dict[str, Callable[[], Usd.Stage]] = {
     "cockpit": cockpit,
+    "livingroom": paper_stages.livingroom,
+    "staircase": paper_stages.staircase,
     "interior": interior,
     "garden": garden,
     "furnace": furnace,
