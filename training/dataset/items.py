@@ -73,7 +73,7 @@ def _windows(plan: Plan, scene: int, renderer: StageRenderer) -> list[Window]:
 def _item(plan: Plan, scene: int, number: int, renderer: StageRenderer, window: Window) -> Item:
     key = (plan.split, plan.seed, scene, number)
     samples = renderer.samples(window, plan.spp, render_seed("input", *key))
-    reference, halves, spp, seconds = _reference(plan, key, renderer, window)
+    reference, halves, spp, seconds = reference_of(plan, key, renderer, window)
     event = samples.bytes[:, 1]
     about = {
         "window": number,
@@ -97,7 +97,7 @@ def _item(plan: Plan, scene: int, number: int, renderer: StageRenderer, window: 
     return about, arrays
 
 
-def _reference(
+def reference_of(
     plan: Plan, key: tuple[str, int, int, int], renderer: StageRenderer, window: Window
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], int, float]:
     """Reference, half difference of its halves, samples and seconds.
