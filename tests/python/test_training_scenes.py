@@ -50,7 +50,7 @@ def test_shares_of_the_classes_are_met_by_any_run_of_scenes() -> None:
         found = Counter(catalogue.class_of("train", seed, i).name for i in range(200, 300))
         for entry in catalogue.TRAINING:
             assert abs(found[entry.name] - 100 * entry.share) <= 4
-    shares = {light: 0.0 for light in ("reflection", "refraction", "diffuse")}
+    shares = dict.fromkeys(("reflection", "refraction", "diffuse"), 0.0)
     for entry in catalogue.TRAINING:
         shares[entry.light] += entry.share
     assert sum(shares.values()) == pytest.approx(1.0)

@@ -1,0 +1,263 @@
+"""The network: splatting, feature sets, invariances, export."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch", reason="torch is only in ./run training's environment")
+
+from training.batches import turned  # noqa: E402
+from training.dataset import layout  # noqa: E402
+from training.model import encoding, inputs, losses  # noqa: E402
+from training.model.config import ConfigError, ModelConfig  # noqa: E402
+from training.model.sksn import Sksn, fold_weight_norm  # noqa: E402
+from training.model.splat import plain_splat, splat  # noqa: E402
+
+SMALL: dict[str, Any] = {
+    "width": 8, "unet": (8, 12), "steps": 1, "convs": 1, "kernel": 5, "weight_norm": False,
+    "log_scale": 2.0,
+}  # fmt: skip
+EXTENDED: dict[str, Any] = SMALL | {
+    "features": "extended", "valid_bits": True, "increments": True, "first_non_delta": True,
+}  # fmt: skip
+VARIANTS: dict[str, dict[str, Any]] = {
+    "gbuffer": SMALL | {"features": "gbuffer"},
+    "paths": SMALL | {"features": "paths"},
+    "two steps": SMALL | {"steps": 2, "weight_norm": True},
+    "extended": EXTENDED,
+    "encoder": EXTENDED | {"vertex_encoder": 8},
+    "layers": EXTENDED | {"layers": True},
+    "pyramid": EXTENDED | {"pyramid": 3},
+    "all": EXTENDED | {"vertex_encoder": 8, "layers": True, "pyramid": 3},
+}
+
+
+def plausible(features: str, n: int = 1, samples: int = 3, h: int = 13, w: int = 10) -> Any:
+    """An input of the right kind: bits are 0 or 1, of the events' bits a plausible choice."""
+    rng = torch.Generator().manual_seed(4)
+    names = inputs.CHANNELS[features]
+    x = torch.rand((n, samples, len(names), h, w), generator=rng)
+    for i, name in enumerate(names):
+        kind = name.partition(":")[0]
+        if kind in ("valid", *inputs.EVENT_BITS):
+            x[:, :, i] = (x[:, :, i] < 0.5).float()
+        if kind == "transmit":  # a path reflects or transmits
+            x[:, :, i] *= 1 - x[:, :, i - 1]
+    return x
+
+
+def slow_splat(logits: Any, radiance: Any) -> Any:
+    """The definition, one tap after the other."""
+    n, samples, taps, h, w = logits.shape
+    k = round(taps**0.5)
+    r = k // 2
+    image, total = np.zeros((n, 3, h, w)), np.zeros((n, 1, h, w))
+    for b, s, j, i, y, x in np.ndindex(n, samples, k, k, h, w):
+        row, column = y + r - j, x + r - i
+        if 0 <= row < h and 0 <= column < w:
+            weight = np.exp(float(logits[b, s, j * k + i, y, x]))
+            image[b, :, row, column] += weight * radiance[b, s, :, y, x].numpy()
+            total[b, :, row, column] += weight
+    return torch.from_numpy(image / total)
+
+
+def test_splat_is_its_definition_and_its_twin() -> None:
+    torch.manual_seed(0)
+    logits = 2 * torch.randn(2, 3, 9, 6, 5, dtype=torch.float64)
+    radiance = torch.rand(2, 3, 3, 6, 5, dtype=torch.float64)
+    expected = slow_splat(logits, radiance)
+    torch.testing.assert_close(splat(logits, radiance), expected)
+    torch.testing.assert_close(plain_splat(logits, radiance), expected)
+
+
+def test_splat_has_the_gradients_of_its_definition() -> None:
+    torch.manual_seed(1)
+    logits = torch.randn(1, 2, 9, 5, 4, dtype=torch.float64, requires_grad=True)
+    radiance = torch.rand(1, 2, 3, 5, 4, dtype=torch.float64, requires_grad=True)
+    assert torch.autograd.gradcheck(splat, (logits, radiance))
+
+
+def test_splat_survives_any_logits() -> None:
+    """Neither exp() of large ones overflows, nor do later larger ones lose what came before."""
+    torch.manual_seed(2)
+    for scale in (1.0, 100.0, 3000.0):
+        logits = scale * torch.randn(1, 4, 25, 8, 8)
+        radiance = torch.rand(1, 4, 3, 8, 8)
+        image = splat(logits, radiance)
+        assert torch.isfinite(image).all()
+        assert image.min() >= 0 and image.max() <= 1.0 + 1e-6
+        exact = plain_splat(logits.double(), radiance.double()).float()
+        torch.testing.assert_close(image, exact, atol=1e-5, rtol=1e-5)
+
+
+def test_published_size_and_parameters() -> None:
+    """34.8 million with the published 96 inputs; ours has 60."""
+    model = Sksn(ModelConfig())
+    published = model.parameter_count + (96 - 60) * 128
+    assert abs(published / 1e6 - 34.80) < 0.02
+
+
+def test_feature_sets_have_the_same_parameters() -> None:
+    sets = [dataclasses.replace(ModelConfig(**SMALL), features=f) for f in ("gbuffer", "paths")]
+    shapes = [[tuple(p.shape) for p in Sksn(config).parameters()] for config in sets]
+    assert shapes[0] == shapes[1]
+
+
+def test_gbuffer_equals_paths_without_later_vertices() -> None:
+    torch.manual_seed(3)
+    paths = Sksn(ModelConfig(**VARIANTS["paths"]))
+    gbuffer = Sksn(ModelConfig(**VARIANTS["gbuffer"]))
+    gbuffer.load_state_dict(paths.state_dict())
+    x = plausible("paths")
+    first = len(inputs.CHANNELS["gbuffer"])
+    x[:, :, first:] = 0.0
+    assert torch.equal(paths(x), gbuffer(x[:, :, :first]))
+    assert inputs.CHANNELS["paths"][:first] == inputs.CHANNELS["gbuffer"]
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_every_variant_takes_any_size_and_number_of_samples(name: str) -> None:
+    torch.manual_seed(5)
+    config = ModelConfig(**VARIANTS[name])
+    model = Sksn(config)
+    for samples, h, w in ((1, 8, 8), (3, 13, 10), (8, 9, 17)):
+        x = plausible(config.features, 2, samples, h, w)
+        image = model(x)
+        assert image.shape == (2, 3, h, w) and torch.isfinite(image).all()
+        # Weighted means of radiance are within its range; of layers, their sum is.
+        assert image.min() >= 0 and image.max() <= 1 + 1e-4
+    image.sum().backward()
+    assert all(p.grad is not None for p in model.parameters())
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_order_of_samples_does_not_matter(name: str) -> None:
+    torch.manual_seed(6)
+    config = ModelConfig(**VARIANTS[name])
+    model = Sksn(config).double()
+    x = plausible(config.features, samples=5).double()
+    torch.testing.assert_close(model(x), model(x[:, torch.randperm(5)]))
+
+
+@pytest.mark.parametrize("name", ["paths", "two steps", "all"])
+def test_pixels_beyond_the_receptive_field_change_nothing(name: str) -> None:
+    torch.manual_seed(7)
+    config = ModelConfig(**VARIANTS[name])
+    model = Sksn(config).double()
+    reach = -(-config.receptive_field // config.unit) * config.unit
+    x = plausible(config.features, samples=2, h=8, w=2 * reach + 24).double()
+    other = x.clone()
+    other[..., :8] = plausible(config.features, samples=2, h=8, w=8).double()[..., :8] * 0.5
+    difference = (model(x) - model(other)).abs().amax(dim=(0, 1, 2))
+    assert difference[:8].max() > 0
+    assert difference[8 + reach :].max() == 0
+
+
+def test_weight_norm_folds_into_plain_weights() -> None:
+    torch.manual_seed(8)
+    model = Sksn(ModelConfig(**VARIANTS["two steps"])).double()
+    x = plausible("paths").double()
+    before = model(x)
+    count = model.parameter_count
+    fold_weight_norm(model)
+    assert model.parameter_count < count
+    torch.testing.assert_close(model(x), before)
+
+
+def test_input_has_the_promised_channels() -> None:
+    rng = np.random.default_rng(9)
+    half = rng.random((2, len(layout.HALF), 4, 5)).astype(np.float16)
+    half[0, 0, 0, 0] = np.inf
+    as_bytes = np.zeros((2, len(layout.BYTES), 4, 5), dtype=np.uint8)
+    as_bytes[:, 0] = 0b000111
+    as_bytes[:, 3] = layout.TRANSMIT | layout.SPECULAR  # vertex 2
+    turn = np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]], dtype=np.float32)
+    for features, names in inputs.CHANNELS.items():
+        x = inputs.network_input(half, as_bytes, turn, features)
+        assert x.shape == (2, len(names), 4, 5) and torch.isfinite(x).all()
+        place = {name: i for i, name in enumerate(names)}
+        stored = half.astype(np.float32)
+        np.testing.assert_array_equal(x[1, place["Z"]].numpy(), stored[1, layout.HALF_INDEX["Z"]])
+        world_z = stored[1, layout.HALF_INDEX["mbfeat:normal:0.Z"]]
+        np.testing.assert_array_equal(x[1, place["mbfeat:normal:0.X"]].numpy(), world_z)
+        if features == "extended":
+            assert [float(x[0, place[f"valid:{k}"], 1, 1]) for k in range(6)] == [1, 1, 1, 0, 0, 0]
+            found = [float(x[0, place[f"{bit}:2"], 1, 1]) for bit in inputs.EVENT_BITS]
+            assert found == [1, 0, 1, 0]  # specular, reflect, transmit, diffuse
+
+
+def test_first_non_delta_looks_through_mirrors() -> None:
+    names = inputs.CHANNELS["extended"]
+    x = torch.zeros(1, len(names), 1, 1)
+
+    def put(name: str, value: float) -> None:
+        x[0, names.index(name)] = value
+
+    for k in (0, 1, 2):
+        put(f"valid:{k}", 1)
+        put(f"mbfeat:distance:{k}.Z", 1.0 + k)
+        put(f"mbfeat:albedo:{k}.R", 0.1 * (k + 1))
+        put(f"mbfeat:throughput:{k}.G", 0.9**k)
+    put("specular:0", 1)
+    put("reflect:0", 1)
+    put("specular:1", 1)
+    found = encoding.first_non_delta(encoding.Vertices(x))[0, :, 0, 0]
+    assert float(found[0]) == pytest.approx(0.3)  # vertex 2
+    depth = encoding.DEPTH_SCALE * np.log1p(1.0 + 2.0 + 3.0)
+    assert float(found[6]) == pytest.approx(depth)
+    assert float(found[8]) == pytest.approx(0.81)
+    assert float(found[10]) == 1.0
+    classes = encoding.path_class(encoding.Vertices(x))[0, :, 0, 0]
+    assert classes.tolist() == [0, 1, 0]
+    x[0, names.index("specular:2")] = 1  # nothing but mirrors
+    assert encoding.first_non_delta(encoding.Vertices(x)).abs().max() == 0
+
+
+def test_turning_an_image_turns_what_points_in_it() -> None:
+    """Twice the same is nothing, and a slope in the image keeps its relation to its normal."""
+    x = plausible("paths", samples=2, h=6, w=6)[0]
+    reference = torch.rand(3, 6, 6)
+    for flags in ((True, False, False), (False, True, False), (False, False, True)):
+        once = turned(x, reference, "paths", *flags)
+        twice = turned(*once, "paths", *flags)
+        torch.testing.assert_close(twice[0], x)
+        torch.testing.assert_close(twice[1], reference)
+    first = inputs.CHANNELS["paths"].index("mbfeat:normal:0.X")
+    ramp = x.clone()
+    ramp[:, 0] = torch.arange(6.0)  # brighter to the right
+    ramp[:, first : first + 3] = torch.tensor([1.0, 0.0, 0.0])[:, None, None]
+    out, _ = turned(ramp, reference, "paths", False, False, True)
+    # Brighter downwards now, and the normal, which pointed there, points down: -y.
+    assert float(out[0, 0, 5, 0]) > float(out[0, 0, 0, 0])
+    assert out[0, first : first + 3, 0, 0].tolist() == [0.0, -1.0, 0.0]
+
+
+def test_losses_of_constants() -> None:
+    image, reference = torch.full((1, 3, 4, 4), 1.0), torch.full((1, 3, 4, 4), 0.5)
+    a, b = 1 / 2, 0.5 / 1.5
+    expected = 0.5 * (a - b) ** 2 / (b**2 + 1e-2)
+    assert float(losses.tonemapped_relmse(image, reference)) == pytest.approx(expected)
+    assert float(losses.smape(image, reference)) == pytest.approx(0.5 / 1.51)
+    assert float(losses.log_l1(image, reference)) == pytest.approx(np.log(2 / 1.5), rel=1e-5)
+    pairs = torch.tensor([[[0, 1], [5, 1]]])
+    reference[:, :, 1, 1] = 3.0  # pixel 5
+    embedding = torch.zeros(1, 2, 4, 4)
+    embedding[:, 0, 1, 1] = 2.0
+    c = [((v / (1 + v)) + 1e-6) ** (1 / 2.2) for v in (0.5, 3.0)]
+    distance = 0.5 * 3 * (c[0] - c[1]) ** 2
+    expected = 0.5 * (2.0 - distance) ** 2 / 2
+    assert float(losses.manifold(embedding, reference, pairs)) == pytest.approx(expected, rel=1e-4)
+
+
+def test_wrong_configurations_and_inputs_are_named() -> None:
+    with pytest.raises(ConfigError, match="odd"):
+        ModelConfig(kernel=4)
+    with pytest.raises(ConfigError, match="layers needs the feature set extended"):
+        ModelConfig(layers=True)
+    model = Sksn(ModelConfig(**SMALL))
+    with pytest.raises(ValueError, match="60"):
+        model(torch.zeros(1, 2, 15, 8, 8))
