@@ -45,7 +45,7 @@ def main(arguments: list[str] | None = None) -> int:
         if options.plan_only:
             print(f"{options.folder}: {plan.scenes} scenes in {plan.shards} shards")
             return 0
-        _quiet_openusd()
+        quiet_openusd()
         Generation(options.folder, plan, options.threads).run(numbers)
     except (PlanError, ShardError, RenderError) as error:
         sys.stderr.write(f"training.generate: {error}\n")
@@ -137,7 +137,7 @@ class Generation:
         )
 
 
-def _quiet_openusd() -> None:
+def quiet_openusd() -> None:
     """OpenUSD says of each product that it was generated: collected instead of printed."""
     from mbfeat.runtime import RuntimeMissingError, use_runtime
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -37,22 +37,35 @@ def items_of(plan: Plan, scene: int, *, threads: int = 0, first: int = 0) -> Ite
     [3, h, w], the difference of the reference's two halves over two, whose square is an unbiased
     estimate of the reference's variance.
     """
-    folder = Path(tempfile.mkdtemp(prefix="mbfeat-scene-"))
-    try:
+    with _scene(plan, scene, threads) as (what, renderer):
+        for number, window in enumerate(_windows(plan, scene, renderer)):
+            if number >= first:
+                about, arrays = _item(plan, scene, number, renderer, window)
+                yield what | about, arrays
+
+
+def samples_of(plan: Plan, scene: int, window: int, *, threads: int = 0) -> Item:
+    """A window's samples alone, of random numbers that depend on their number."""
+    with _scene(plan, scene, threads) as (what, renderer):
+        place = _windows(plan, scene, renderer)[window]
+        seed = render_seed("again", plan.split, plan.seed, scene, window, plan.spp)
+        samples = renderer.samples(place, plan.spp, seed)
+    return what | {"window": window}, {"half": samples.half, "bytes": samples.bytes}
+
+
+@contextmanager
+def _scene(plan: Plan, scene: int, threads: int) -> Iterator[tuple[dict[str, Any], StageRenderer]]:
+    """What a scene is, and its renderer."""
+    with tempfile.TemporaryDirectory(prefix="mbfeat-scene-") as scratch:
         if plan.split == "stages":
             name = list(STAGES)[scene % len(STAGES)]
             stage, light = stage_folder() / f"{name}.usda", STAGES[name]
         else:
+            folder = Path(scratch) / "stage"
             stage, entry = catalogue.write_stage(folder, plan.split, plan.seed, scene)
             name, light = entry.name, entry.light
         renderer = StageRenderer(stage, threads=threads, bounces=plan.bounces)
-        for number, window in enumerate(_windows(plan, scene, renderer)):
-            if number < first:
-                continue
-            about, arrays = _item(plan, scene, number, renderer, window)
-            yield {"scene": scene, "class": name, "light": light} | about, arrays
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
+        yield {"scene": scene, "class": name, "light": light}, renderer
 
 
 def _windows(plan: Plan, scene: int, renderer: StageRenderer) -> list[Window]:
