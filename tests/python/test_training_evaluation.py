@@ -106,8 +106,8 @@ def test_command_compares_trained_networks(
 
     small = {"windows": 1, "size": 16, "spp": 4, "reference_spp": 8, "seed": 5}
     plans = {
-        "test": Plan(split="test", scenes=2, **small),  # type: ignore[arg-type]
-        "stages": Plan(split="stages", scenes=1, **small),  # type: ignore[arg-type]
+        "test": Plan(split="test", scenes=2, **small),
+        "stages": Plan(split="stages", scenes=1, **small),
     }
     monkeypatch.setattr(data, "PLANS", plans)
     monkeypatch.setattr(evaluate, "PLANS", plans)

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -69,7 +70,7 @@ def trainer(folder: Path, data: Path, *settings: str, name: str = "reduced") -> 
     return Trainer(folder, config, [Dataset(data)], seed=3)
 
 
-def weights(folder: Path) -> dict[str, torch.Tensor]:
+def weights(folder: Path) -> dict[str, Any]:
     content = checkpoints.load(folder / CHECKPOINT)
     return {**content["model"], **{f"average {n}": v for n, v in content["average"].items()}}
 

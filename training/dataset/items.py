@@ -143,6 +143,6 @@ def floor_of(reference: NDArray[np.float64], halves: NDArray[np.float64]) -> flo
     return float((halves.astype(np.float64) ** 2 / (reference**2 + 1e-2)).mean())
 
 
-def relative_error(image: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
+def relative_error(image: NDArray[np.floating], reference: NDArray[np.floating]) -> float:
     """relMSE with epsilon 1e-2, to compare with the floor."""
     return float(((image - reference) ** 2 / (reference**2 + 1e-2)).mean())
