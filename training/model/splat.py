@@ -56,14 +56,17 @@ class _Splat(torch.autograd.Function):
         sums = logits.new_zeros((n, channels, height, width))
         for s in range(samples):
             padded = pad(logits[:, s], (r, r, r, r), value=OUTSIDE)
-            weights = _gathered(padded, k, height, width)
+            # Copied into order, since reducing the view itself takes thirty times longer.
+            weights = _gathered(padded, k, height, width).clone(
+                memory_format=torch.contiguous_format
+            )
             raised = torch.maximum(largest, weights.amax(dim=(1, 2)))
             fade = torch.exp(largest - raised)
-            weights = torch.exp(weights - raised[:, None, None])
+            weights.sub_(raised[:, None, None]).exp_()
             values = _windows(pad(radiance[:, s], (r, r, r, r)), k, height, width)
             total = total * fade + weights.sum(dim=(1, 2))
             for c in range(channels):
-                spread = torch.einsum("njihw,njihw->nhw", weights, values[:, c])
+                spread = (weights * values[:, c]).sum(dim=(1, 2))
                 sums[:, c] = sums[:, c] * fade + spread
             largest = raised
         image = sums / total[:, None]
