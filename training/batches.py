@@ -133,8 +133,7 @@ def turned(
     """
     normals = inputs.normal_channels(features)
     sub_x, sub_y = inputs.COMMON.index("subpixel.X"), inputs.COMMON.index("subpixel.Y")
-    x = x.clone()
-    if horizontal:
+    if horizontal:  # flip() copies
         x, reference = x.flip(-1), reference.flip(-1)
         x[:, sub_x] = 1.0 - x[:, sub_x]
         x[:, normals] = -x[:, normals]

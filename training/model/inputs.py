@@ -30,7 +30,6 @@ CHANNELS: dict[str, tuple[str, ...]] = {
     "paths": (*COMMON, *layout.FEATURES),
     "extended": (*COMMON, *layout.FEATURES, *VALID, *layout.EXTENDED, *EVENTS),
 }
-_NORMALS = tuple(layout.HALF_INDEX[f"mbfeat:normal:{k}.X"] for k in VERTICES)
 
 
 def network_input(
@@ -44,25 +43,25 @@ def network_input(
     `half` [samples, HALF, h, w] and `as_bytes` [samples, BYTES, h, w] are a data set's arrays.
     What is not finite becomes 0.
     """
-    stored = torch.from_numpy(np.array(half, dtype=np.float32))
-    stored = torch.nan_to_num(stored, nan=0.0, posinf=0.0, neginf=0.0)
-    turn = torch.from_numpy(world_to_camera)
-    for first in _NORMALS:
-        world = stored[:, first : first + 3]
-        stored[:, first : first + 3] = torch.einsum("ij,sjhw->sihw", turn, world)
     names = [name for name in CHANNELS[features] if name in layout.HALF_INDEX]
-    parts = {"half": stored[:, [layout.HALF_INDEX[name] for name in names]]}
+    chosen = np.asarray(half[:, [layout.HALF_INDEX[name] for name in names]], dtype=np.float32)
+    stored = torch.nan_to_num(torch.from_numpy(chosen), nan=0.0, posinf=0.0, neginf=0.0)
+    turn = torch.from_numpy(world_to_camera)
+    for first, name in enumerate(names):
+        if ":normal:" in name and name.endswith(".X"):
+            world = stored[:, first : first + 3]
+            stored[:, first : first + 3] = torch.einsum("ij,sjhw->sihw", turn, world)
     if features != "extended":
-        return parts["half"]
+        return stored
     integers = torch.from_numpy(np.array(as_bytes))
     valid = torch.stack([(integers[:, 0] >> k) & 1 for k in VERTICES], dim=1)
     bits = [(integers[:, 1 + k] & bit).bool() for k in VERTICES for bit in EVENT_BITS.values()]
     flat = len(COMMON) + len(layout.FEATURES)
     return torch.cat(
         [
-            parts["half"][:, :flat],
+            stored[:, :flat],
             valid.float(),
-            parts["half"][:, flat:],
+            stored[:, flat:],
             torch.stack(bits, dim=1).float(),
         ],
         dim=1,
