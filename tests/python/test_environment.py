@@ -5,9 +5,13 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
+
+from mbfeat.devtools.environment import for_runtime
+from mbfeat.devtools.layout import Layout
 
 
 def test_runtime_pxr_is_the_one_with_imaging() -> None:
@@ -56,3 +60,24 @@ def test_color_configs_are_files() -> None:
     configs = sorted(Path(os.environ["MBFEAT_OCIO_DIR"]).glob("*.ocio"))
     assert [config.name.partition("-")[0] for config in configs] == ["cg", "studio"]
     assert all("ocio_profile_version: 2.1" in config.read_text() for config in configs)
+
+
+def test_training_has_the_common_packages_and_the_pins_of_the_extra(root: Path) -> None:
+    devtools = root / "python" / "mbfeat" / "devtools"
+    lines = (devtools / "requirements-training.txt").read_text().splitlines()
+    assert "-r requirements.txt" in lines
+    pins = {line for line in lines if "==" in line}
+    pins |= set((devtools / "requirements.txt").read_text().splitlines())
+    extra = tomllib.loads((root / "pyproject.toml").read_text())["project"]
+    assert set(extra["optional-dependencies"]["training"]) <= pins
+
+
+def test_training_environment_comes_first_and_renders_with_the_same_openusd(root: Path) -> None:
+    layout = Layout(root)
+    plain = for_runtime(layout, {"PATH": "/bin"})
+    training = for_runtime(layout, {"PATH": "/bin"}, layout.training)
+    folders = training["PATH"].split(":")
+    assert folders.index(str(layout.training / "bin")) < folders.index("/bin")
+    assert str(layout.venv / "bin") not in folders
+    assert training["VIRTUAL_ENV"] == str(layout.training)
+    assert training["PYTHONPATH"] == plain["PYTHONPATH"]
