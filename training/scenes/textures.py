@@ -130,7 +130,7 @@ def hexagons(rng: Generator, size: int) -> Array:
     n = int(rng.choice([4, 6, 10]))
     x, y = _grid(size)
     a, b = x * n, y * n
-    first = np.hypot(a % 1 - 0.5, (b % 1 - 0.5) * 1.0)
+    first = np.hypot(a % 1 - 0.5, b % 1 - 0.5)
     second = np.hypot((a + 0.5) % 1 - 0.5, (b + 0.5) % 1 - 0.5)
     edge = np.abs(first - second) < 0.08
     ident = np.where(first < second, a.astype(int) + b.astype(int), 7 + (a + 0.5).astype(int)) % 4
