@@ -86,6 +86,10 @@ struct Integrator::Impl {
     mutable std::array<CounterShard, kShards> counters;
     mutable std::atomic<int> loggedNonFinite{0}; ///< of this view
 
+    Diagnostics& messages() const {
+        return request.messages != nullptr ? *request.messages : scene.diagnostics();
+    }
+
     void rejectNonFinite(int x, int y, std::uint32_t sampleIndex, PathRecord& record) const {
         const Float2 subpixel = record.subpixel;
         const float weight = record.filterWeight;
@@ -95,11 +99,11 @@ struct Integrator::Impl {
         record.nonFinite = true;
         counters[shardOfThread()].nonFinite.fetch_add(1, std::memory_order_relaxed);
         if (loggedNonFinite.fetch_add(1, std::memory_order_relaxed) < kLoggedNonFinite) {
-            (request.messages != nullptr ? *request.messages : scene.diagnostics())
-                .warn("pixel " + std::to_string(x) + ", " + std::to_string(y),
-                      "sample " + std::to_string(sampleIndex) +
-                          " is not finite; it counts as zero (AOV nonFinite). Please report the "
-                          "scene.");
+            messages().warn(
+                "pixel " + std::to_string(x) + ", " + std::to_string(y),
+                "sample " + std::to_string(sampleIndex) +
+                    " is not finite; it counts as zero (AOV nonFinite). Please report the "
+                    "scene.");
         }
     }
 };
@@ -164,6 +168,9 @@ Status Integrator::setView(const Camera& camera, const ImageWindow& window,
     }
     m.request = request;
     m.loggedNonFinite = 0;
+    if (const std::string problem = kernelProblem(request.options.kernel); !problem.empty()) {
+        m.messages().warn("mbfeat:kernel", problem);
+    }
     m.camera = CameraRays(camera, window, m.scene.origin());
     m.filter = FilterSampler(request.options.pixelFilter, request.options.pixelFilterWidth);
     return {};

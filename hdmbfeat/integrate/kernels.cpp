@@ -19,23 +19,37 @@ std::string libraryFolder() {
     return slash == std::string::npos ? std::string(".") : path.substr(0, slash);
 }
 
-/// The AVX-512 kernel's factory; null where the processor or the module is lacking. The module
-/// stays loaded: workers may outlive any owner of a handle.
-Factory wideFactory() {
-    static const Factory factory = [] {
-        const bool supported =
-            __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-            __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
-            __builtin_cpu_supports("avx512vl");
-        if (!supported) {
-            return Factory(nullptr);
-        }
-        const std::string path = libraryFolder() + "/libmbfeat_avx512.so";
-        void* const module = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-        return module != nullptr ? reinterpret_cast<Factory>(dlsym(module, "makeWideLanesWorker"))
-                                 : Factory(nullptr);
-    }();
-    return factory;
+/// The AVX-512 kernel's factory; null where the processor or the module is lacking, and why. The
+/// module stays loaded: workers may outlive any owner of a handle.
+struct WideKernel {
+    Factory factory = nullptr;
+    bool supported = false; ///< by the processor
+    std::string problem;    ///< what the loader says
+};
+
+WideKernel loadWideKernel() {
+    WideKernel wide;
+    wide.supported = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+                     __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
+                     __builtin_cpu_supports("avx512vl");
+    if (!wide.supported) {
+        return wide;
+    }
+    const std::string path = libraryFolder() + "/libmbfeat_avx512.so";
+    void* const module = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (module != nullptr) {
+        wide.factory = reinterpret_cast<Factory>(dlsym(module, "makeWideLanesWorker"));
+    }
+    if (wide.factory == nullptr) {
+        const char* const error = dlerror();
+        wide.problem = error != nullptr ? error : "makeWideLanesWorker is missing";
+    }
+    return wide;
+}
+
+const WideKernel& wideKernel() {
+    static const WideKernel wide = loadWideKernel();
+    return wide;
 }
 
 } // namespace
@@ -44,7 +58,21 @@ Kernel chooseKernel(Kernel wanted) {
     if (wanted == Kernel::kScalar || wanted == Kernel::kAvx2) {
         return wanted;
     }
-    return wideFactory() != nullptr ? Kernel::kAvx512 : Kernel::kAvx2;
+    return wideKernel().factory != nullptr ? Kernel::kAvx512 : Kernel::kAvx2;
+}
+
+std::string kernelProblem(Kernel wanted) {
+    if (wanted == Kernel::kScalar || wanted == Kernel::kAvx2 || wideKernel().factory != nullptr) {
+        return {};
+    }
+    if (wideKernel().supported) {
+        return "the AVX-512 kernel could not be loaded (" + wideKernel().problem +
+               "), so paths are traced by the AVX2 kernel: the same image, but slower. Install "
+               "libmbfeat_avx512.so beside libmbfeat.so.";
+    }
+    return wanted == Kernel::kAvx512 ? "this processor has no AVX-512, so paths are traced by the "
+                                       "AVX2 kernel: the same image. Set it to auto."
+                                     : std::string();
 }
 
 const char* kernelName(Kernel kernel) {
@@ -66,7 +94,7 @@ std::unique_ptr<PathWorker> makePathWorker(Kernel kernel, int capacity, bool all
     case Kernel::kScalar:
         return std::unique_ptr<PathWorker>(makeScalarWorker(capacity, allFields));
     case Kernel::kAvx512:
-        return std::unique_ptr<PathWorker>(wideFactory()(capacity, allFields));
+        return std::unique_ptr<PathWorker>(wideKernel().factory(capacity, allFields));
     case Kernel::kAvx2:
     case Kernel::kAuto:
         break;

@@ -12,6 +12,8 @@ namespace mbfeat {
 /// A kernel by its setting. kAuto is the widest that the processor runs; one that it cannot run
 /// becomes the widest that it can.
 Kernel chooseKernel(Kernel wanted);
+/// What a user should know of a choice that could not be had; empty where all is well.
+std::string kernelProblem(Kernel wanted);
 /// "scalar", "avx2" or "avx512".
 const char* kernelName(Kernel kernel);
 

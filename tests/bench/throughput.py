@@ -191,6 +191,7 @@ def measure(scene: str, options: argparse.Namespace, cores: list[int]) -> list[d
         for case in cases:
             case.process.kill()
             case.process.wait()
+
     def cost(seconds: list[float], off: list[float]) -> dict[str, float]:
         return spread([s / base - 1.0 for s, base in zip(seconds, off, strict=True)])
 

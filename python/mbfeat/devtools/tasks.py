@@ -161,7 +161,7 @@ def lint(layout: Layout, arguments: list[str]) -> int:
 
 def _own_sources() -> list[str]:
     """C++ files of the source folders."""
-    folders = ["hdmbfeat", "plugin", "python/bindings", "tests/cpp"]
+    folders = ["hdmbfeat", "plugin", "python/bindings", "tests/cpp", "tests/stability"]
     found = [path for folder in folders for path in Path(folder).rglob("*.*")]
     return sorted(str(path) for path in found if path.suffix in (".cpp", ".h"))
 

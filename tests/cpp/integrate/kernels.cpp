@@ -17,8 +17,35 @@ namespace {
 
 constexpr Kernel kKernels[] = {Kernel::kScalar, Kernel::kAvx2, Kernel::kAvx512};
 
-/// Diffuse, metal, instanced rough glass, a cut-out, emission and two kinds of light.
-void fillScene(TestScene& test) {
+/// Lights of every shape, tilted: `count` of them.
+void addLamps(TestScene& test, int count) {
+    constexpr LightType kTypes[] = {LightType::kRect, LightType::kDisk, LightType::kCylinder,
+                                    LightType::kSphere};
+    for (int i = 0; i < count; ++i) {
+        Light lamp;
+        lamp.path = "/Lamp" + std::to_string(i);
+        lamp.type = kTypes[i % 4];
+        lamp.radiance = Rgb(4.0F, 3.0F, 5.0F);
+        lamp.width = 0.6F;
+        lamp.height = 0.4F;
+        lamp.radius = 0.2F;
+        lamp.length = 0.7F;
+        lamp.toWorld.y = {0.0, 0.8, 0.6};
+        lamp.toWorld.z = {0.0, -0.6, 0.8};
+        lamp.toWorld.t = {0.5 * i - 2.0, 1.5, -2.0 - 0.2 * i};
+        test.scene.setLight(lamp);
+    }
+    Light sun;
+    sun.path = "/Sun";
+    sun.type = LightType::kDistant;
+    sun.radiance = Rgb(200.0F);
+    sun.angle = 3.0F;
+    test.scene.setLight(sun);
+}
+
+/// Diffuse, metal, instanced rough glass, emission and lights: with a cut-out, a sphere light and a
+/// sky, or with `lamps` lights of all shapes.
+void fillScene(TestScene& test, int lamps = 0) {
     test.add("/Floor", quadMesh({-9, -1, 4}, {18, 0, 0}, {0, 0, -18}),
              constantMaterial("/M/Floor", {0.6F, 0.5F, 0.4F}));
     Material metal = constantMaterial("/M/Metal", {0.9F, 0.7F, 0.3F});
@@ -34,7 +61,11 @@ void fillScene(TestScene& test) {
     Material veil = constantMaterial("/M/Veil", {0.3F, 0.3F, 0.8F});
     veil.opacity = MaterialInput(0.4F);
     veil.opacityMode = OpacityMode::kPresence;
-    test.add("/Veil", quadMesh({-2, -1, -2}, {1.5, 0, 0}, {0, 2, 0}), veil);
+    if (lamps > 0) {
+        addLamps(test, lamps);
+    } else {
+        test.add("/Veil", quadMesh({-2, -1, -2}, {1.5, 0, 0}, {0, 2, 0}), veil);
+    }
     Material glow = constantMaterial("/M/Glow", {0.2F, 0.2F, 0.2F});
     glow.emissiveColor = MaterialInput(Rgb(3.0F, 2.0F, 1.0F));
     test.add("/Glow", quadMesh({0, -0.9F, -2.5F}, {0.4F, 0, 0}, {0, 0, 0.4F}), glow);
@@ -53,9 +84,9 @@ void fillScene(TestScene& test) {
 }
 
 /// The records of 23 x 17 pixels, four samples each, traced in batches of at most `batch`.
-std::vector<PathRecord> records(Kernel kernel, std::size_t batch) {
+std::vector<PathRecord> records(Kernel kernel, std::size_t batch, int lamps = 0) {
     TestScene test;
-    fillScene(test);
+    fillScene(test, lamps);
     Integrator integrator(test.scene);
     IntegratorRequest request;
     request.options = exactOptions(4);
@@ -111,6 +142,17 @@ int different(const std::vector<PathRecord>& a, const std::vector<PathRecord>& b
 
 } // namespace
 
+TEST_CASE("the widest kernel that the processor runs is chosen") {
+    const bool wide = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+                      __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
+                      __builtin_cpu_supports("avx512vl");
+    CHECK(chooseKernel(Kernel::kAuto) == (wide ? Kernel::kAvx512 : Kernel::kAvx2));
+    CHECK(chooseKernel(Kernel::kScalar) == Kernel::kScalar);
+    CHECK(chooseKernel(Kernel::kAvx2) == Kernel::kAvx2);
+    CHECK(kernelProblem(Kernel::kAuto).empty());
+    CHECK(kernelProblem(Kernel::kAvx512).empty() == wide);
+}
+
 TEST_CASE("every kernel gives every path the same bits") {
     const std::vector<PathRecord> reference = records(Kernel::kScalar, 1000);
     int reached = 0;
@@ -121,6 +163,17 @@ TEST_CASE("every kernel gives every path the same bits") {
     for (const Kernel kernel : kKernels) {
         CAPTURE(kernelName(chooseKernel(kernel)));
         CHECK(different(records(kernel, 1000), reference) == 0);
+    }
+}
+
+TEST_CASE("and so with few lights, which are met one by one, and many") {
+    for (const int lamps : {4, 13}) {
+        CAPTURE(lamps);
+        const std::vector<PathRecord> reference = records(Kernel::kScalar, 1000, lamps);
+        for (const Kernel kernel : kKernels) {
+            CAPTURE(kernelName(chooseKernel(kernel)));
+            CHECK(different(records(kernel, 1000, lamps), reference) == 0);
+        }
     }
 }
 
