@@ -57,7 +57,8 @@ const char* prepareSlab(LayerWriter& writer, const Film& film, int rows) {
 
 /// Fills row `row` of the slab; returns how many of its values no half can hold.
 std::uint64_t fillRow(LayerWriter& writer, const FilmRow& filmRow, int width, int row) {
-    const auto count = static_cast<std::size_t>(width * writer.layer.aov.width());
+    const std::size_t count =
+        static_cast<std::size_t>(width) * static_cast<std::size_t>(writer.layer.aov.width());
     const std::size_t first = static_cast<std::size_t>(row) * count;
     if (writer.layer.type == PixelType::kUInt) {
         filmRow.resolveInt(writer.boundAov, writer.ints.data() + first);

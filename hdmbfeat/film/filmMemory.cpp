@@ -1,6 +1,5 @@
 #include "film/filmMemory.h"
 
-#include <cstdlib>
 #include <mutex>
 #include <new>
 
@@ -8,17 +7,17 @@ namespace mbfeat {
 
 namespace {
 
+/// Without a destructor: films may end after static objects do.
 struct Spare {
     std::mutex mutex;
     int users = 0;
-    void* data = nullptr;
+    std::byte* data = nullptr;
     std::size_t bytes = 0;
 };
 
-/// Never destroyed: films may end after static objects do.
 Spare& spare() {
-    static Spare* const instance = new Spare;
-    return *instance;
+    static Spare instance;
+    return instance;
 }
 
 } // namespace
@@ -32,28 +31,23 @@ FilmMemory::FilmMemory(std::size_t bytes) : bytes_(bytes) {
         const std::lock_guard<std::mutex> lock(s.mutex);
         // A block of more than twice the size would keep from others what nobody needs.
         if (s.bytes >= bytes && s.bytes / 2 <= bytes) {
-            data_ = std::exchange(s.data, nullptr);
+            data_.reset(std::exchange(s.data, nullptr));
             bytes_ = std::exchange(s.bytes, 0);
             return;
         }
     }
-    data_ = std::malloc(bytes);
-    if (data_ == nullptr) {
-        throw std::bad_alloc();
-    }
+    data_.reset(static_cast<std::byte*>(::operator new(bytes)));
 }
 
 FilmMemory::~FilmMemory() {
-    {
-        Spare& s = spare();
-        const std::lock_guard<std::mutex> lock(s.mutex);
-        if (s.users > 0 && data_ != nullptr) {
-            // The newest film is the best guess at the next one.
-            std::swap(s.data, data_);
-            s.bytes = bytes_;
-        }
+    Spare& s = spare();
+    const std::lock_guard<std::mutex> lock(s.mutex);
+    if (s.users > 0 && data_ != nullptr) {
+        // The newest film is the best guess at the next one; the one before is freed.
+        std::byte* const newest = data_.release();
+        data_.reset(std::exchange(s.data, newest));
+        s.bytes = bytes_;
     }
-    std::free(data_);
 }
 
 FilmMemoryUser::FilmMemoryUser() {
@@ -66,7 +60,7 @@ FilmMemoryUser::~FilmMemoryUser() {
     Spare& s = spare();
     const std::lock_guard<std::mutex> lock(s.mutex);
     if (--s.users == 0) {
-        std::free(std::exchange(s.data, nullptr));
+        ::operator delete(std::exchange(s.data, nullptr));
         s.bytes = 0;
     }
 }

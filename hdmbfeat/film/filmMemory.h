@@ -9,6 +9,8 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
+#include <new>
 #include <utility>
 
 namespace mbfeat {
@@ -26,12 +28,15 @@ public:
         return *this;
     }
 
-    void* data() { return data_; }
-    const void* data() const { return data_; }
+    void* data() { return data_.get(); }
+    const void* data() const { return data_.get(); }
     std::size_t bytes() const { return bytes_; } ///< at least what was asked for
 
 private:
-    void* data_ = nullptr;
+    struct Free {
+        void operator()(std::byte* memory) const { ::operator delete(memory); }
+    };
+    std::unique_ptr<std::byte, Free> data_;
     std::size_t bytes_ = 0;
 };
 
