@@ -25,8 +25,9 @@ void traceShare(const Integrator& integrator, int first, int samples, Estimate& 
         integrator.trace(*worker, batch.data(), static_cast<int>(batch.size()), {});
         for (std::size_t i = 0; i < batch.size(); ++i) {
             const PathRecord& record = worker->records()[i];
-            PixelMeans& pixel =
-                estimate.pixels[static_cast<std::size_t>(batch[i].y * estimate.width + batch[i].x)];
+            PixelMeans& pixel = estimate.pixels[static_cast<std::size_t>(batch[i].y) *
+                                                    static_cast<std::size_t>(estimate.width) +
+                                                static_cast<std::size_t>(batch[i].x)];
             pixel.color += Double3(record.radiance);
             pixel.alpha += record.alpha;
             pixel.distance += record.distance;
@@ -122,6 +123,7 @@ Estimate trace(test::TestScene& test, const Camera& camera, int width, int heigh
     estimate.pixels.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     const bool traps = trapsAreOn();
     std::vector<std::thread> threads;
+    threads.reserve(kThreads);
     for (int i = 0; i < kThreads; ++i) {
         threads.emplace_back([&, i] {
             switchTraps(traps);

@@ -190,8 +190,10 @@ double albedo(const Kind& kind, const Float3& wo) {
     double sum = 0.0;
     for (int i = 0; i < kGrid * kGrid; ++i) {
         const auto lobe = static_cast<float>(std::fmod(i * 0.6180339887498949, 1.0) * 0.9999999);
-        const Float2 u((static_cast<float>(i % kGrid) + 0.5F) / kGrid,
-                       (static_cast<float>(i / kGrid) + 0.5F) / kGrid);
+        const int column = i % kGrid;
+        const int row = i / kGrid;
+        const Float2 u((static_cast<float>(column) + 0.5F) / kGrid,
+                       (static_cast<float>(row) + 0.5F) / kGrid);
         const BsdfSample<float> s = bsdf.sample(wo, lobe, u);
         sum += static_cast<double>(s.weight.x) * static_cast<double>(sqr(s.eta));
     }
@@ -331,7 +333,7 @@ void addClosures(Catalogue& catalogue) {
     }
     for (const auto& [name, ior] :
          {std::pair("1+1e-6", 1.0F + 1e-6F), std::pair("10", 10.0F), std::pair("0.1", 0.1F)}) {
-        for (Kind kind : {glass(0.3F, ior, true), glass(0.3F, ior, false)}) {
+        for (const Kind& kind : {glass(0.3F, ior, true), glass(0.3F, ior, false)}) {
             catalogue.push_back({"closure/" + kind.name + "-index-" + name + "-evaluate",
                                  "value and density in float against double, in roundings", 64.0,
                                  "as for roughness",

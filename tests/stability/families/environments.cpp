@@ -175,8 +175,9 @@ void addWhole(Catalogue& catalogue) {
 
 /// Maps of one texel, one row and one column are what they say in every direction.
 void checkSmallest(Report& report) {
-    for (const auto& [w, h] :
-         {std::pair(1, 1), std::pair(2, 1), std::pair(1, 2), std::pair(7, 1)}) {
+    for (const auto& size : {std::pair(1, 1), std::pair(2, 1), std::pair(1, 2), std::pair(7, 1)}) {
+        const int w = size.first;
+        const int h = size.second;
         const EnvironmentMap map(
             image(w, h, Texels(static_cast<std::size_t>(w) * static_cast<std::size_t>(h), 3.0F)));
         TestRandom random(83);

@@ -55,7 +55,7 @@ float one(int /*sample*/) {
 
 void addMeans(Catalogue& catalogue) {
     const auto add = [&](const std::string& name, double truth, double budget,
-                         const std::string& reason, std::function<float(int)> value) {
+                         const std::string& reason, const std::function<float(int)>& value) {
         catalogue.push_back(
             {"sum/million-" + name, "mean of a million samples against the exact one, relative",
              budget, reason, [=](Report& report) {

@@ -165,7 +165,8 @@ void checkDistribution(Report& report, double largest) {
     report.error(std::abs(sum - 1.0), [&] { return Text().add("sum", sum); });
     pairs([&](Float2 u) {
         const PiecewiseConstant2D::Sample s = table.sample(u);
-        const float weight = weights[static_cast<std::size_t>(s.y * kSize + s.x)];
+        const float weight =
+            weights[static_cast<std::size_t>(s.y) * kSize + static_cast<std::size_t>(s.x)];
         report.require(weight > 0.0F && s.probability > 0.0F &&
                            s.probability == table.probability(s.x, s.y) && s.fraction.x < 1.0F &&
                            s.fraction.y < 1.0F,
