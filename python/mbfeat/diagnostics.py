@@ -26,6 +26,9 @@ class OpenUsdMessages:
 
     # The recorder says this whenever the settings prim has no products, as the command allows.
     IGNORED = ("No Render Prouducts found", "No Render Products found")
+    # And this of every product whose file is there, were it an old one of a product that was not
+    # written. The summary names the files that were.
+    IGNORED_STATUS = "generated from RenderProduct prim"
 
     def __init__(self) -> None:
         from pxr import UsdUtils
@@ -39,6 +42,8 @@ class OpenUsdMessages:
             text = item.commentary.strip()
             status = "STATUS" in item.diagnosticCodeString
             if text in self._printed or text.startswith(self.IGNORED):
+                continue
+            if status and self.IGNORED_STATUS in text:
                 continue
             self._printed.add(text)
             complain(text if status else f"warning: {text}")

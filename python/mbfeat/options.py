@@ -191,9 +191,23 @@ def check_overrides(texts: list[str]) -> tuple[list[tuple[str, str]], list[str]]
             settings.set(_core.SettingSource.COMMAND_LINE, name, value)
         except _core.Error as error:
             problems.append(f"--set {error}")
-        else:
-            overrides.append((name, value))
+            continue
+        if name == "mbfeat:viewAov" and not is_aov(value):
+            problems.append(
+                f"--set {name}={value}: there is no such AOV; the nearest name is "
+                f"{_core.nearest_aov_name(value)}"
+            )
+            continue
+        overrides.append((name, value))
     return overrides, problems
+
+
+def is_aov(name: str) -> bool:
+    """Whether the renderer has the AOV; the empty name is none, which is allowed."""
+    from mbfeat import _core
+
+    known = {aov.name for aov in _core.aov_table()}
+    return not name or name in known or name.removeprefix("primvars:") not in ("", name)
 
 
 def check_purposes(text: str) -> list[str]:

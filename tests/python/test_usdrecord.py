@@ -349,6 +349,11 @@ def test_renderer_that_needs_a_gpu_is_refused(stage: Path, run: Run) -> None:
         (["--set", "mbfeat:sed=1", "STAGE", "image.exr"], 2, '"mbfeat:seed"'),
         (["--set", "mbfeat:seed=x", "STAGE", "image.exr"], 2, "an integer"),
         (["--purposes", "render,prxy", "STAGE", "image.exr"], 2, "did you mean proxy?"),
+        (
+            ["--set", "mbfeat:viewAov=mbfeat:albedo:9", "STAGE", "image.exr"],
+            2,
+            "there is no such AOV; the nearest name is mbfeat:albedo:",
+        ),
         (["--purposes", "bogus", "STAGE", "image.exr"], 2, "default, proxy, render, guide"),
         (["-w", "100000000", "STAGE", "image.exr"], 2, "at most 65536"),
         (["missing.usda", "image.exr"], 1, "missing.usda"),
