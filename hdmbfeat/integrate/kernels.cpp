@@ -32,7 +32,7 @@ WideKernel loadWideKernel() {
     wide.supported = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
                      __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
                      __builtin_cpu_supports("avx512vl");
-    if (!wide.supported) {
+    if (!wide.supported || !wideKernelIsBuilt()) {
         return wide;
     }
     const std::string path = libraryFolder() + "/libmbfeat_avx512.so";
@@ -61,9 +61,23 @@ Kernel chooseKernel(Kernel wanted) {
     return wideKernel().factory != nullptr ? Kernel::kAvx512 : Kernel::kAvx2;
 }
 
+bool wideKernelIsBuilt() {
+#if defined(MBFEAT_WIDE_KERNEL)
+    return true;
+#else
+    return false;
+#endif
+}
+
 std::string kernelProblem(Kernel wanted) {
     if (wanted == Kernel::kScalar || wanted == Kernel::kAvx2 || wideKernel().factory != nullptr) {
         return {};
+    }
+    if (!wideKernelIsBuilt()) {
+        return wanted == Kernel::kAvx512
+                   ? "this build has no AVX-512 kernel, so paths are traced by "
+                     "the AVX2 kernel: the same image. Set it to auto."
+                   : std::string();
     }
     if (wideKernel().supported) {
         return "the AVX-512 kernel could not be loaded (" + wideKernel().problem +

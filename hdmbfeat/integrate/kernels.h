@@ -12,6 +12,8 @@ namespace mbfeat {
 /// A kernel by its setting. kAuto is the widest that the processor runs; one that it cannot run
 /// becomes the widest that it can.
 Kernel chooseKernel(Kernel wanted);
+/// Whether this build has the AVX-512 kernel at all.
+bool wideKernelIsBuilt();
 /// What a user should know of a choice that could not be had; empty where all is well.
 std::string kernelProblem(Kernel wanted);
 /// "scalar", "avx2" or "avx512".

@@ -143,9 +143,9 @@ int different(const std::vector<PathRecord>& a, const std::vector<PathRecord>& b
 } // namespace
 
 TEST_CASE("the widest kernel that the processor runs is chosen") {
-    const bool wide = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-                      __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
-                      __builtin_cpu_supports("avx512vl");
+    const bool wide = wideKernelIsBuilt() && __builtin_cpu_supports("avx512f") &&
+                      __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512cd") &&
+                      __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
     CHECK(chooseKernel(Kernel::kAuto) == (wide ? Kernel::kAvx512 : Kernel::kAvx2));
     CHECK(chooseKernel(Kernel::kScalar) == Kernel::kScalar);
     CHECK(chooseKernel(Kernel::kAvx2) == Kernel::kAvx2);
