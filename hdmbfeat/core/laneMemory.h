@@ -1,8 +1,8 @@
-// Lanes and memory: integers beside the lane type, loads, gathers, stores and scatters.
+// Lanes and memory: integers beside the lane type, loads, stores and gathers. What is written to
+// places of each lane's own goes by rows, see laneQuads.h.
 //
-// A lane index names a place in an array of floats or 32-bit integers. All lanes of a gather or
-// scatter take part: a lane that should write nothing is given the index of a place that nobody
-// reads. Where two lanes of a scatter share an index, the later lane's value stays.
+// A lane index names a place in an array of floats or 32-bit integers. All lanes of a gather take
+// part.
 #pragma once
 
 #include <cstdint>
@@ -133,44 +133,6 @@ IntLane<T> gatherIntLanes(const std::int32_t* base, const IntLane<T>& index) {
 #endif
     else {
         return IntLane<T>::gather(base, index);
-    }
-}
-
-/// base[index] = value, lane by lane.
-template <class T>
-void scatterLanes(float* base, const IntLane<T>& index, const T& value) {
-    if constexpr (!kIsBatch<T>) {
-        base[index] = static_cast<float>(value);
-    }
-#if defined(__AVX512F__)
-    else if constexpr (LaneTraits<T>::kWidth == 16) {
-        _mm512_i32scatter_ps(base, index, value, 4);
-    }
-#endif
-    else {
-        constexpr int kWidth = LaneTraits<T>::kWidth;
-        alignas(64) std::int32_t places[kWidth];
-        alignas(64) float values[kWidth];
-        index.store_aligned(places);
-        value.store_aligned(values);
-        for (int i = 0; i < kWidth; ++i) {
-            base[places[i]] = values[i];
-        }
-    }
-}
-template <class T>
-void scatterIntLanes(std::int32_t* base, const IntLane<T>& index, const IntLane<T>& value) {
-    if constexpr (!kIsBatch<T>) {
-        base[index] = value;
-    } else {
-        constexpr int kWidth = LaneTraits<T>::kWidth;
-        alignas(64) std::int32_t places[kWidth];
-        alignas(64) std::int32_t values[kWidth];
-        index.store_aligned(places);
-        value.store_aligned(values);
-        for (int i = 0; i < kWidth; ++i) {
-            base[places[i]] = values[i];
-        }
     }
 }
 

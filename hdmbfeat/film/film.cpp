@@ -320,8 +320,9 @@ void Film::Impl::addMeans(std::size_t pixel, const PathRecord* records, int reco
     double* out = pixelSums + 1;
     for (const Run& run : means.runs()) {
         int done = 0;
-        for (; done + 24 <= run.count; done += 24) {
-            addQuads<6>(out + done, records, recordCount, run.word + done);
+        constexpr int kQuads = 6; // as many as fit into the registers of AVX2
+        for (; done + 4 * kQuads <= run.count; done += 4 * kQuads) {
+            addQuads<kQuads>(out + done, records, recordCount, run.word + done);
         }
         for (; done + 4 <= run.count; done += 4) {
             addQuads<1>(out + done, records, recordCount, run.word + done);

@@ -414,16 +414,9 @@ RayHit Accel::intersect(const Float3& origin, const Float3& direction, float tNe
     query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     embreeIntersect(top_.get(), query, coherent);
 
-    std::uint32_t shape = kNoLight;
-    for (std::uint32_t i = 0; i < looseShapes_; ++i) {
-        const float t = lights_->intersectShape(i, origin, direction, tNear, query.ray.tfar);
-        if (t > 0.0F) {
-            query.ray.tfar = t;
-            shape = i;
-        }
-    }
-    if (shape != kNoLight) {
-        return lightHit(shape, query.ray.tfar);
+    const std::int32_t shape = meetLooseShapes<float>(origin, direction, tNear, query.ray.tfar);
+    if (shape >= 0) {
+        return lightHit(static_cast<std::uint32_t>(shape), query.ray.tfar);
     }
     return decode(query.hit.geomID, query.hit.instID[0], query.hit.primID, query.ray.tfar,
                   query.hit.u, query.hit.v);
@@ -472,12 +465,8 @@ bool Accel::occluded(const Float3& origin, const Float3& direction, float tNear,
     ray.mask = ~0U;
     ray.id = 0;
     ray.flags = 0;
-    for (std::uint32_t i = 0; i < looseShapes_; ++i) {
-        if (lights_->intersectShape(i, origin, direction, tNear, tFar) > 0.0F) {
-            return true;
-        }
-    }
-    return embreeOccluded(top_.get(), ray);
+    return meetLooseShapes<float>(origin, direction, tNear, tFar) >= 0 ||
+           embreeOccluded(top_.get(), ray);
 }
 
 } // namespace mbfeat

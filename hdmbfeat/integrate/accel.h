@@ -17,8 +17,10 @@
 #include <vector>
 
 #include "core/bounds.h"
+#include "core/laneMemory.h"
 #include "integrate/embree.h"
 #include "scene/scene.h"
+#include "shading/lightLanes.h"
 #include "shading/lightSampler.h"
 #include "shading/material.h"
 
@@ -98,8 +100,21 @@ public:
                      bool coherent) const;
     bool occluded(const Float3& origin, const Float3& direction, float tNear, float tFar) const;
 
-    /// Shapes of the light sampler that packets are to be tested against by the caller.
-    std::uint32_t looseShapes() const { return looseShapes_; }
+    /// The nearest loose light shape along each ray in [tNear, tFar], whose distance tFar becomes;
+    /// -1 where there is none. Every query ends with it: packets leave it to the caller.
+    template <class T>
+    IntLane<T> meetLooseShapes(const Vec3<T>& origin, const Vec3<T>& direction, const T& tNear,
+                               T& tFar) const {
+        IntLane<T> nearest(-1);
+        for (std::uint32_t i = 0; i < looseShapes_; ++i) {
+            const T t = intersectLight<T>(lights_->prepared(lights_->lightOfShape(i)), origin,
+                                          direction, tNear, tFar);
+            const Mask<T> met = t > T(0);
+            tFar = select(met, t, tFar);
+            nearest = selectInt(met, IntLane<T>(static_cast<std::int32_t>(i)), nearest);
+        }
+        return nearest;
+    }
     /// The same for packets of N = 8 or 16 rays in Embree's layout, `valid` as Embree wants it;
     /// without the loose shapes.
     template <int N>

@@ -1,5 +1,5 @@
 // One light for many receivers or rays: the light's own numbers are the same in all lanes. Float
-// and SIMD lanes give the same bits.
+// and SIMD lanes give the same bits but where samplesOnLanes() says otherwise.
 #pragma once
 
 #include <limits>
@@ -30,34 +30,25 @@ T intersectLight(const PreparedLight& light, const Vec3<T>& origin, const Vec3<T
 
 /// A light sampled from each lane's receiver; the density without the choice of light.
 template <class T>
-struct LightLanes {
-    Vec3<T> wi{T(0), T(0), T(1)};
-    T distance{T(0)};
+struct LightLanes : ShapeSample<T> {
     Vec3<T> radiance{T(0)};
-    T pdf{T(0)};
-    Vec3<T> point{T(0)}, normal{T(0)};
 };
 
-/// Whether sampleOnLanes() has this light. The others need functions that are not the same to the
-/// bit in all lane types (cylinders, shaping), or look-ups (domes, textures).
+/// Whether sampleOnLanes() is all of this light, and the same to the bit in all lane types: not so
+/// cylinders, nor what shaping and textures make of the radiance, nor domes, which it does not
+/// have.
 inline bool samplesOnLanes(const PreparedLight& light) {
     return !light.shaping.isOn() && !light.texture &&
            !std::holds_alternative<CylinderShape<float>>(light.emitter) &&
            !std::holds_alternative<DomeEmitter>(light.emitter);
 }
 
-/// A sample of the light from each p, for lights that are samplesOnLanes().
+/// A sample of the light from each p; its radiance as it is without shaping and texture.
 template <class T>
 LightLanes<T> sampleOnLanes(const PreparedLight& light, const Vec3<T>& p, const Vec2<T>& u) {
     LightLanes<T> out;
     out.radiance = Vec3<T>(light.radiance);
-    const auto take = [&](const ShapeSample<T>& s) {
-        out.wi = s.wi;
-        out.distance = s.distance;
-        out.pdf = s.pdf;
-        out.point = s.point;
-        out.normal = s.normal;
-    };
+    const auto take = [&](const ShapeSample<T>& s) { static_cast<ShapeSample<T>&>(out) = s; };
     std::visit(Overloaded{
                    [&](const PointEmitter& point) {
                        out.point = Vec3<T>(point.position);
@@ -83,12 +74,13 @@ LightLanes<T> sampleOnLanes(const PreparedLight& light, const Vec3<T>& p, const 
                    },
                    [&](const RectShape<float>& s) { take(RectShape<T>(s).sample(p, u)); },
                    [&](const DiskShape<float>& s) { take(DiskShape<T>(s).sample(p, u)); },
+                   [&](const CylinderShape<float>& s) { take(CylinderShape<T>(s).sample(p, u)); },
                    [&](const EllipsoidShape<float>& s) {
                        take(EllipsoidShape<T>(s).sample(p, u));
                        // Nothing is emitted inwards.
                        out.pdf = select(dot(out.normal, out.wi) < T(0), out.pdf, T(0));
                    },
-                   [](const auto&) {},
+                   [](const DomeEmitter&) {},
                },
                light.emitter);
     return out;

@@ -17,6 +17,14 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
+void takePlace(LightSample& out, const ShapeSample<float>& s) {
+    out.wi = s.wi;
+    out.distance = s.distance;
+    out.pdf = s.pdf;
+    out.point = s.point;
+    out.normal = s.normal;
+}
+
 /// A sample of one light from p; pdf without the choice.
 LightSample sampleLight(const PreparedLight& light, const Float3& p, Float2 u) {
     LightSample out;
@@ -25,54 +33,21 @@ LightSample sampleLight(const PreparedLight& light, const Float3& p, Float2 u) {
     out.castsShadows = light.castsShadows;
     out.delta = light.isDelta();
     out.pointError = light.pointError;
-    if (samplesOnLanes(light)) {
-        const LightLanes<float> s = sampleOnLanes<float>(light, p, u);
-        out.wi = s.wi;
-        out.distance = s.distance;
-        out.radiance = s.radiance;
+    if (const auto* dome = std::get_if<DomeEmitter>(&light.emitter)) {
+        const EnvironmentMap::Sample s = dome->sample(u);
+        out.wi = s.direction;
+        out.distance = kInfinity;
         out.pdf = s.pdf;
-        out.point = s.point;
-        out.normal = s.normal;
+        out.radiance = light.radiance * dome->map.value(dome->localDirection(s.direction));
         return out;
     }
-    const auto takeShape = [&](const ShapeSample<float>& s) {
-        out.wi = s.wi;
-        out.distance = s.distance;
-        out.pdf = s.pdf;
-        out.point = s.point;
-        out.normal = s.normal;
-        out.radiance = light.emitted(s.uv, s.wi);
-    };
-    std::visit(Overloaded{
-                   [&](const PointEmitter& point) {
-                       const LightLanes<float> s = sampleOnLanes<float>(light, p, u);
-                       out.wi = s.wi;
-                       out.distance = s.distance;
-                       out.pdf = s.pdf;
-                       out.point = point.position;
-                       if (s.pdf > 0.0F) {
-                           out.radiance = light.emitted({0.0F, 0.0F}, out.wi) / sqr(s.distance);
-                       }
-                   },
-                   [&](const DomeEmitter& dome) {
-                       const EnvironmentMap::Sample s = dome.sample(u);
-                       out.wi = s.direction;
-                       out.distance = kInfinity;
-                       out.pdf = s.pdf;
-                       out.radiance =
-                           light.radiance * dome.map.value(dome.localDirection(s.direction));
-                   },
-                   [&](const EllipsoidShape<float>& shape) {
-                       takeShape(shape.sample(p, u));
-                       // Nothing is emitted inwards.
-                       out.pdf = dot(out.normal, out.wi) < 0.0F ? out.pdf : 0.0F;
-                   },
-                   [&](const RectShape<float>& shape) { takeShape(shape.sample(p, u)); },
-                   [&](const DiskShape<float>& shape) { takeShape(shape.sample(p, u)); },
-                   [&](const CylinderShape<float>& shape) { takeShape(shape.sample(p, u)); },
-                   [](const auto&) {}, // directions have no shaping and are done on lanes
-               },
-               light.emitter);
+    const LightLanes<float> s = sampleOnLanes<float>(light, p, u);
+    takePlace(out, s);
+    out.radiance = s.radiance;
+    if (light.shaping.isOn() || light.texture) {
+        const bool isPoint = std::holds_alternative<PointEmitter>(light.emitter);
+        out.radiance = light.emitted(s.uv, s.wi) / (isPoint ? sqr(s.distance) : 1.0F);
+    }
     return out;
 }
 
@@ -247,11 +222,7 @@ LightSample LightSampler::sample(const LightReceiver& receiver, const LightPick&
     } else {
         const EmissiveTriangle& triangle = impl_->triangles[pick.triangle];
         const ShapeSample<float> s = shapeOf(triangle).sample(receiver.p, u);
-        out.wi = s.wi;
-        out.distance = s.distance;
-        out.pdf = s.pdf;
-        out.point = s.point;
-        out.normal = s.normal;
+        takePlace(out, s);
         out.pointError = (abs(triangle.p0) + abs(triangle.p1) + abs(triangle.p2)) *
                          (4.0F * std::numeric_limits<float>::epsilon());
         out.radiance = triangle.radiance;

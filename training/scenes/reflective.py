@@ -7,6 +7,16 @@ from training.scenes import shapes
 from training.scenes.builder import Builder
 
 
+def _outdoors_or_room(b: Builder, depth: float, spread: float) -> None:
+    """Ground under sky and sun, or a room of that depth with lamps near its middle."""
+    if b.chance(0.4):
+        b.ground()
+        b.daylight()
+    else:
+        b.room(6, 3, depth)
+        b.ceiling_lights(3, spread)
+
+
 def plane_mirror(b: Builder) -> None:
     """A flat mirror that faces textured things, some of which the camera does not see itself."""
     b.room(6, 3, 7)
@@ -20,13 +30,7 @@ def plane_mirror(b: Builder) -> None:
 
 def curved_mirror(b: Builder) -> None:
     """Chrome balls, blobs and bent sheets before patterns."""
-    outside = b.chance(0.4)
-    if outside:
-        b.ground()
-        b.daylight()
-    else:
-        b.room(6, 3, 7)
-        b.ceiling_lights(3, 1.8)
+    _outdoors_or_room(b, 7, 1.8)
     for i in range(2):
         b.thing((1.3 * (2 * i - 1), 0, b.uniform(-0.5, 0.5)), b.uniform(1.1, 1.5), b.mirror())
     angle = b.uniform(0.5, 2.2) * (1 if b.chance(0.6) else -1)
@@ -49,13 +53,7 @@ def mirror_in_mirror(b: Builder) -> None:
 
 def metal_ladder(b: Builder) -> None:
     """Metals whose roughness grows from thing to thing, on a patterned floor."""
-    outside = b.chance(0.4)
-    if outside:
-        b.ground()
-        b.daylight()
-    else:
-        b.room(6, 3, 6)
-        b.ceiling_lights(3, 2)
+    _outdoors_or_room(b, 6, 2)
     low, high = b.uniform(0.02, 0.06), b.uniform(0.3, 0.5)
     for i in range(5):
         roughness = low * (high / low) ** (i / 4)

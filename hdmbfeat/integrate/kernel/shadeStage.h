@@ -254,6 +254,7 @@ private:
         const std::uint32_t base = vertexDimension(vertex);
         const LaneBuffer<T> choice(sampler.get1D(base + kDimLightChoice));
         const Vec2<T> u = sampler.get2D(base + kDimLight);
+        const LaneBuffer<T> ux(u.x), uy(u.y);
         const LaneBuffer3<T> p(v.point.p), n(v.frame.n);
         const std::uint32_t twoSided = laneBits(v.twoSided);
         LightPick picks[kWidth];
@@ -279,8 +280,8 @@ private:
             const std::uint32_t index = picks[i].light;
             if (index == kNoLight || !samplesOnLanes(context_.lights.prepared(index))) {
                 const LightReceiver receiver{p.get(i), n.get(i), (twoSided & bit) != 0};
-                const LightSample sample = context_.lights.sample(
-                    receiver, picks[i], {LaneBuffer<T>(u.x)[i], LaneBuffer<T>(u.y)[i]});
+                const LightSample sample =
+                    context_.lights.sample(receiver, picks[i], {ux[i], uy[i]});
                 single.set(i, lightValues(sample, sampledRadiance(sample)));
                 singles |= bit;
                 left &= ~bit;

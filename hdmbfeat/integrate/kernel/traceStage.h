@@ -7,7 +7,6 @@
 #include "integrate/kernel/hitLanes.h"
 #include "integrate/kernel/kernelState.h"
 #include "integrate/surfacePoint.h"
-#include "shading/lightLanes.h"
 #include "shading/material.h"
 
 namespace mbfeat {
@@ -101,15 +100,17 @@ private:
                 query.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
             }
             accel_.template intersectPacket<kPacket>(valid, query, vertex == 0);
-            const ShapeLanes met =
-                meetShapes(from.xyz(), along.xyz(), from.w, loadLanes<T>(query.ray.tfar));
+            alignas(64) std::int32_t shape[kPacket];
+            T tFar = loadLanes<T>(query.ray.tfar);
+            storeIntLanes<T>(
+                shape, accel_.template meetLooseShapes<T>(from.xyz(), along.xyz(), from.w, tFar));
+            const LaneBuffer<T> t(tFar);
             for (int i = 0; i < g.count; ++i) {
                 take(slots[i], vertex,
-                     met.shape[i] >= 0
-                         ? accel_.lightHit(static_cast<std::uint32_t>(met.shape[i]), met.t[i])
-                         : accel_.decode(query.hit.geomID[i], query.hit.instID[0][i],
-                                         query.hit.primID[i], query.ray.tfar[i], query.hit.u[i],
-                                         query.hit.v[i]));
+                     shape[i] >= 0 ? accel_.lightHit(static_cast<std::uint32_t>(shape[i]), t[i])
+                                   : accel_.decode(query.hit.geomID[i], query.hit.instID[0][i],
+                                                   query.hit.primID[i], query.ray.tfar[i],
+                                                   query.hit.u[i], query.hit.v[i]));
             }
             s_.counts.rays += static_cast<std::uint64_t>(g.count);
         } else {
@@ -119,37 +120,6 @@ private:
                  accel_.intersect(paths.get3(kOrigin, slot), paths.get3(kDirection, slot),
                                   paths.value(kNear, slot), paths.value(kFar, slot), vertex == 0));
         }
-    }
-
-    /// The nearest loose light shape of each lane; -1 where there is none.
-    struct ShapeLanes {
-        alignas(64) std::int32_t shape[kWidth];
-        LaneBuffer<T> t;
-    };
-    ShapeLanes meetShapes(const Vec3<T>& origin, const Vec3<T>& direction, const T& tNear,
-                          T tFar) const {
-        IntLane<T> nearest(-1);
-        const LightSampler& lights = s_.context->lights;
-        for (std::uint32_t i = 0; i < accel_.looseShapes(); ++i) {
-            const T t = intersectLight<T>(lights.prepared(lights.lightOfShape(i)), origin,
-                                          direction, tNear, tFar);
-            const Mask<T> met = t > T(0);
-            tFar = select(met, t, tFar);
-            nearest = selectInt(met, IntLane<T>(static_cast<std::int32_t>(i)), nearest);
-        }
-        ShapeLanes result;
-        storeIntLanes<T>(result.shape, nearest);
-        result.t = LaneBuffer<T>(tFar);
-        return result;
-    }
-    Mask<T> meetsShape(const Vec3<T>& origin, const Vec3<T>& direction, const T& tFar) const {
-        Mask<T> meets = T(0) > T(0);
-        const LightSampler& lights = s_.context->lights;
-        for (std::uint32_t i = 0; i < accel_.looseShapes(); ++i) {
-            meets = meets || intersectLight<T>(lights.prepared(lights.lightOfShape(i)), origin,
-                                               direction, T(kSurfaceNear), tFar) > T(0);
-        }
-        return meets;
     }
 
     /// Files a path under what it met; cut-outs and lights hidden from the camera are passed.
@@ -259,8 +229,11 @@ private:
             accel_.template occludedPacket<kPacket>(valid, query);
 
             const std::uint32_t bits = (std::uint32_t{1} << count) - 1U;
-            const Mask<T> passed = loadLanes<T>(query.tfar) >= T(0) && maskOfBits<T>(bits) &&
-                                   !meetsShape(from.xyz(), along.xyz(), from.w);
+            T tFar = from.w;
+            const IntLane<T> shape =
+                accel_.template meetLooseShapes<T>(from.xyz(), along.xyz(), T(kSurfaceNear), tFar);
+            const Mask<T> passed =
+                loadLanes<T>(query.tfar) >= T(0) && maskOfBits<T>(bits) && toFloat(shape) < T(0);
             if (none(passed)) {
                 return;
             }

@@ -1,2 +1,0 @@
-#pragma once
-#include "pxr/work/dispatcher.h" // IWYU pragma: export

@@ -1,2 +1,0 @@
-#pragma once
-#include "pxr/work/loops.h" // IWYU pragma: export

@@ -1,2 +1,0 @@
-#pragma once
-#include "pxr/work/reduce.h" // IWYU pragma: export

@@ -1,2 +1,0 @@
-#pragma once
-#include "pxr/work/threadLimits.h" // IWYU pragma: export

@@ -1,2 +1,0 @@
-#pragma once
-#include "pxr/work/utils.h" // IWYU pragma: export

@@ -1,2 +1,0 @@
-#pragma once
-#include "pxr/work/withScopedParallelism.h" // IWYU pragma: export
