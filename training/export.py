@@ -9,6 +9,8 @@ into memory. With ``--whole`` they are in the graph, in plain operators. See `Co
 from __future__ import annotations
 
 import argparse
+import base64
+import io
 import json
 import sys
 import warnings
@@ -30,36 +32,51 @@ from training.checkpoints import CheckpointError, Trained, load_model  # noqa: E
 from training.model.config import ModelConfig  # noqa: E402
 from training.model.inputs import CHANNELS  # noqa: E402
 from training.model.pyramid import Pyramid  # noqa: E402
-from training.model.sksn import Hidden, Sksn, fold_weight_norm  # noqa: E402
-from training.model.splat import plain_splat  # noqa: E402
+from training.model.sksn import Sksn, fold_weight_norm  # noqa: E402
+from training.model.splat import plain_splat, splat  # noqa: E402
 
 OPSET = 18
-FORMAT = 1
+FORMAT = 2
 TOLERANCE = 1e-4
-KEY = "mbfeat"  # of the model's metadata that holds the contract as JSON
+PREFIX = "mbfeat:"  # of the metadata entries that hold the contract
 
 
 @dataclass(frozen=True)
 class Contract:
     """What a program has to know that runs an exported network.
 
-    Input `samples` [samples, channels, h, w] float32: the `channels`, in their order, see
-    training.model.inputs. A ``whole`` network gives `image` [3, h, w]. A ``hidden`` one gives
-    `hidden` [units, width, h, w], `radiance` [units, 3, h, w], and the last layer, `weight`
-    [kernel kernel, width] and `bias` [kernel kernel]: logits are weight x hidden + bias, and are
-    splatted as training.model.splat says, for all units together or, with `layers`, each unit apart
-    and the images added. Tiles begin at multiples of `unit` and overlap by `receptive_field`.
+    Inputs are `samples` [samples, channels, h, w] float32, the `channels` in their order, see
+    training.model.inputs, and `share` [samples, 1, h, w], what each counts for in its pixel (adding
+    up to 1; 0 for none). By kind:
+
+    - ``whole``: gives `image` [3, h, w]; for comparisons.
+    - ``hidden``: gives `hidden` [samples, width, h, w] and the last layer, `weight` [kernel kernel,
+      width] and `bias` [kernel kernel]: logits are weight x hidden + bias, and the samples' radiance
+      is splatted with them as training.model.splat says.
+    - ``layered``, of a network with layers: two graphs. The one in the metadata entry
+      mbfeat:samples, as base64, works pixel by pixel and gives `classes` [classes, planes, h, w],
+      sums over samples that may be added up in parts, and `mask` [samples, classes, h, w], which
+      samples are in a class. The file's own takes `classes` and gives the classes' `hidden`,
+      `weight` and `bias`. Each class's share of the radiance is splatted apart, and added.
+
+    Tiles begin at multiples of `unit` and overlap by `receptiveField` and the splat's kernel // 2.
+    A layered network has `classPlanes` sums a class. `workingFloats` is about how many numbers a pixel (and sample) takes while the graph runs.
     """
 
     kind: str
     features: str
     channels: tuple[str, ...]
     kernel: int
-    pyramid: int
-    layers: bool
     unit: int
-    receptive_field: int
+    receptiveField: int  # noqa: N815 - the name of the metadata's entry
+    classPlanes: int  # noqa: N815
+    workingFloats: int  # noqa: N815
     format: int = FORMAT
+
+    def entries(self) -> dict[str, str]:
+        """As metadata."""
+        values = asdict(self) | {"channels": ",".join(self.channels)}
+        return {f"{PREFIX}{name}": str(value) for name, value in values.items()}
 
 
 class _Whole(nn.Module):
@@ -72,100 +89,173 @@ class _Whole(nn.Module):
         return image
 
 
+def _last_layer(model: Sksn) -> tuple[Tensor, Tensor]:
+    last = model.kernels
+    assert isinstance(last, nn.Conv2d) and last.bias is not None
+    # Not the parameters themselves: an output has to be made by an operator.
+    return last.weight.flatten(1) + 0.0, last.bias + 0.0
+
+
 class _Hidden(nn.Module):
     def __init__(self, model: Sksn) -> None:
         super().__init__()
         self.model = model
 
-    def forward(self, samples: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        state = self.model.hidden(samples[None])
-        last = self.model.kernels
-        assert isinstance(last, nn.Conv2d) and last.bias is not None
-        # Not the parameters themselves: an output has to be made by an operator.
-        return state.hidden[0], state.radiance[0], last.weight.flatten(1) + 0.0, last.bias + 0.0
+    def forward(self, samples: Tensor, share: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        state = self.model.hidden(samples[None], share[None])
+        return state.hidden[0], *_last_layer(self.model)
 
 
-def contract(config: ModelConfig, kind: str) -> Contract:
+class _Sums(nn.Module):
+    def __init__(self, model: Sksn) -> None:
+        super().__init__()
+        self.model = model
+
+    def forward(self, samples: Tensor, share: Tensor) -> tuple[Tensor, Tensor]:
+        classes, mask = self.model.class_sums(samples[None], share[None])
+        return classes[0], mask[0]
+
+
+class _OfClasses(nn.Module):
+    def __init__(self, model: Sksn) -> None:
+        super().__init__()
+        self.model = model
+
+    def forward(self, classes: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        return self.model.of_classes(classes[None])[0], *_last_layer(self.model)
+
+
+def contract(config: ModelConfig, *, whole: bool) -> Contract:
+    # Activations that are alive at once, of the finest level, measured with ONNX Runtime's arena.
+    working = 10 * config.width + (0 if config.layers else len(CHANNELS[config.features]))
     return Contract(
-        kind=kind,
+        kind="whole" if whole else "layered" if config.layers else "hidden",
         features=config.features,
         channels=CHANNELS[config.features],
         kernel=config.kernel,
-        pyramid=config.pyramid,
-        layers=config.layers,
         unit=config.unit,
-        receptive_field=config.receptive_field,
+        receptiveField=config.context_field,
+        classPlanes=config.width + 1 if config.layers else 0,
+        workingFloats=working * (3 if config.layers else 1),
     )
 
 
 def export(model: Sksn, path: Path, *, whole: bool, about: dict[str, Any] | None = None) -> None:
-    """Writes the network; raises ValueError for the hidden part of one with a pyramid.
+    """Writes the network; raises ValueError for one with a pyramid that is not `whole`.
 
     `about` (seed, steps, data) goes into the metadata beside the contract. Folds the model's
     normalised weights.
     """
-    import onnx
-
     if not whole and isinstance(model.kernels, Pyramid):
         raise ValueError("a network with a pyramid has several last layers; export it whole")
     fold_weight_norm(model)
-    module = (_Whole if whole else _Hidden)(model).eval()
-    outputs = ["image"] if whole else ["hidden", "radiance", "weight", "bias"]
-    axes: dict[str, dict[int, str]] = {"samples": {0: "samples", 2: "height", 3: "width"}}
+    facts = contract(model.config, whole=whole)
+    entries = facts.entries() | {f"{PREFIX}training": json.dumps(about or {})}
+    last = ["hidden", "weight", "bias"]
+    samples, share = _examples(model.config.features)
     if whole:
-        axes["image"] = {1: "height", 2: "width"}
+        graph = _traced(_Whole(model), {"samples": samples}, ["image"])
+    elif facts.kind == "hidden":
+        graph = _traced(_Hidden(model), {"samples": samples, "share": share}, last)
     else:
-        for name in ("hidden", "radiance"):
-            axes[name] = {0: "units", 2: "height", 3: "width"}
-    example = torch.rand(3, len(CHANNELS[model.config.features]), 24, 32)
+        sums = _traced(
+            _Sums(model), {"samples": samples, "share": share}, ["classes", "mask"]
+        )
+        entries[f"{PREFIX}samples"] = base64.b64encode(sums.SerializeToString()).decode()
+        with torch.no_grad():
+            classes = model.class_sums(samples[None], share[None])[0][0]
+        graph = _traced(_OfClasses(model), {"classes": classes}, last)
+    import onnx
+
+    onnx.helper.set_model_props(graph, entries)
     partial = path.with_name(f"{path.name}.partial")
+    partial.write_bytes(graph.SerializeToString())
+    partial.replace(path)
+
+
+def _examples(features: str) -> tuple[Tensor, Tensor]:
+    count = len(CHANNELS[features])
+    return torch.rand(3, count, 24, 32), torch.full((3, 1, 24, 32), 1 / 3)
+
+
+def _traced(module: nn.Module, inputs: dict[str, Tensor], outputs: list[str]) -> Any:
+    """The module as a checked ONNX graph with free sizes."""
+    import onnx
+
+    axes: dict[str, dict[int, str]] = {}
+    for name in ("samples", "share", "classes", "mask", "hidden"):
+        if name in inputs or name in outputs:
+            axes[name] = {2: "height", 3: "width"}
+    for name in ("samples", "share", "mask", *(["hidden"] if "samples" in inputs else [])):
+        if name in axes:
+            axes[name][0] = "samples"
+    if "image" in outputs:
+        axes["image"] = {1: "height", 2: "width"}
+    buffer = io.BytesIO()
     with warnings.catch_warnings(), torch.inference_mode(False), torch.no_grad():
         warnings.simplefilter("ignore")  # of tracing, about sizes that are meant to be fixed
         torch.onnx.export(
-            module,
-            (example,),
-            str(partial),
-            input_names=["samples"],
+            module.eval(),
+            tuple(inputs.values()),
+            buffer,
+            input_names=list(inputs),
             output_names=outputs,
             dynamic_axes=axes,
             opset_version=OPSET,
             dynamo=False,
         )
-    graph = onnx.load(str(partial))
-    facts = asdict(contract(model.config, "whole" if whole else "hidden"))
-    entries = {KEY: json.dumps(facts), "mbfeat.training": json.dumps(about or {})}
-    onnx.helper.set_model_props(graph, entries)
+    graph = onnx.load_from_string(buffer.getvalue())
+    for output, name in zip(graph.graph.output, outputs, strict=True):
+        if output.name != name:  # of a constant, whose name tracing does not keep
+            graph.graph.node.append(onnx.helper.make_node("Identity", [output.name], [name]))
+            output.name = name
     onnx.checker.check_model(graph, full_check=True)
-    partial.write_bytes(graph.SerializeToString())
-    partial.replace(path)
+    return graph
 
 
-def run(path: Path, samples: NDArray[np.float32], *, threads: int = 0) -> list[NDArray[np.float32]]:
-    """The outputs of an exported network by ONNX Runtime."""
+def open_session(model: str | bytes, threads: int = 0) -> Any:
+    """ONNX Runtime's session of a file or of a graph in memory."""
     import onnxruntime
 
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads
-    session = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
-    found: list[NDArray[np.float32]] = session.run(None, {"samples": samples})
-    return found
+    return onnxruntime.InferenceSession(model, options, providers=["CPUExecutionProvider"])
 
 
-def difference(model: Sksn, path: Path, samples: Tensor, *, whole: bool) -> float:
+def run(path: Path, samples: NDArray[np.float32], *, threads: int = 0) -> NDArray[np.float32]:
+    """The image [3, h, w] of an exported network, by ONNX Runtime and PyTorch's splat.
+
+    The twin in Python of what the renderer does, for samples of equal shares.
+    """
+    session = open_session(str(path), threads)
+    entries = session.get_modelmeta().custom_metadata_map
+    kind = entries[f"{PREFIX}kind"]
+    if kind == "whole":
+        return np.asarray(session.run(None, {"samples": samples})[0])
+    count = samples.shape[0]
+    share = np.full((count, 1, *samples.shape[2:]), 1.0 / count, dtype=np.float32)
+    given = {"samples": samples, "share": share}
+    light = samples[:, :3]
+    if kind == "layered":
+        sums = open_session(base64.b64decode(entries[f"{PREFIX}samples"]), threads)
+        classes, mask = sums.run(None, given)
+        hidden, weight, bias = session.run(None, {"classes": classes})
+        light = np.einsum("schw,skhw->ckhw", mask * share, light)
+    else:
+        hidden, weight, bias = session.run(None, given)
+    logits = np.einsum("tc,uchw->uthw", weight, hidden) + bias[None, :, None, None]
+    units = torch.from_numpy(logits.astype(np.float32))
+    values = torch.from_numpy(np.ascontiguousarray(light))
+    if kind == "layered":
+        return np.asarray(splat(units[:, None], values[:, None]).sum(dim=0).numpy())
+    return np.asarray(splat(units[None], values[None])[0].numpy())
+
+
+def difference(model: Sksn, path: Path, samples: Tensor) -> float:
     """Largest difference between PyTorch's image and ONNX Runtime's, relative where over 1."""
-    found = [torch.from_numpy(value) for value in run(path, samples.numpy())]
+    image = torch.from_numpy(run(path, samples.numpy()))
     with torch.inference_mode():
         expected = model(samples[None])[0]
-        if whole:
-            image = found[0]
-        else:
-            # The renderer's part, here by PyTorch.
-            hidden, radiance, weight, bias = found
-            layer = model.kernels
-            assert isinstance(layer, nn.Conv2d) and layer.bias is not None
-            assert torch.equal(weight, layer.weight.flatten(1)) and torch.equal(bias, layer.bias)
-            state = Hidden(hidden[None], radiance[None], hidden[None, 0])
-            image = model.splatted(state)[0]
     return float(((image - expected).abs() / expected.abs().clamp(min=1.0)).max())
 
 
@@ -195,7 +285,7 @@ def main(arguments: list[str] | None = None) -> int:
         sys.stderr.write(f"training.export: {error}\n")
         return 1
     x = example(trained.config.model.features, 5, 45, 70)
-    found = difference(trained.model, options.output, x, whole=options.whole)
+    found = difference(trained.model, options.output, x)
     size = options.output.stat().st_size / 1e6
     print(f"{options.output}: {size:.1f} MB, differs from PyTorch by {found:.2g}")
     if found > TOLERANCE:

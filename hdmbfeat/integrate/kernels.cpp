@@ -1,6 +1,6 @@
 #include "integrate/kernels.h"
 
-#include <dlfcn.h>
+#include "core/library.h"
 
 namespace mbfeat {
 
@@ -8,48 +8,12 @@ namespace {
 
 using Factory = PathWorker* (*)(int capacity, bool allFields);
 
-/// Folder of the library that this code lies in.
-std::string libraryFolder() {
-    Dl_info info{};
-    if (dladdr(reinterpret_cast<const void*>(&makeLanesWorker), &info) == 0) {
-        return {};
-    }
-    const std::string path = info.dli_fname;
-    const std::size_t slash = path.rfind('/');
-    return slash == std::string::npos ? std::string(".") : path.substr(0, slash);
-}
-
-/// The AVX-512 kernel's factory; null where the processor or the module is lacking, and why. The
-/// module stays loaded: workers may outlive any owner of a handle.
-struct WideKernel {
-    Factory factory = nullptr;
-    bool supported = false; ///< by the processor
-    std::string problem;    ///< what the loader says
-};
-
-WideKernel loadWideKernel() {
-    WideKernel wide;
-    wide.supported = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-                     __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
-                     __builtin_cpu_supports("avx512vl");
-    if (!wide.supported || !wideKernelIsBuilt()) {
-        return wide;
-    }
-    const std::string path = libraryFolder() + "/libmbfeat_avx512.so";
-    void* const module = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (module != nullptr) {
-        wide.factory = reinterpret_cast<Factory>(dlsym(module, "makeWideLanesWorker"));
-    }
-    if (wide.factory == nullptr) {
-        const char* const error = dlerror();
-        wide.problem = error != nullptr ? error : "makeWideLanesWorker is missing";
-    }
-    return wide;
-}
-
-const WideKernel& wideKernel() {
-    static const WideKernel wide = loadWideKernel();
-    return wide;
+/// The AVX-512 kernel's factory; null where the processor or the module is lacking. The module
+/// stays loaded: workers may outlive any owner of a handle.
+Factory wideFactory() {
+    static const auto factory =
+        reinterpret_cast<Factory>(WideModule::instance().symbol("makeWideLanesWorker"));
+    return factory;
 }
 
 } // namespace
@@ -58,19 +22,15 @@ Kernel chooseKernel(Kernel wanted) {
     if (wanted == Kernel::kScalar || wanted == Kernel::kAvx2) {
         return wanted;
     }
-    return wideKernel().factory != nullptr ? Kernel::kAvx512 : Kernel::kAvx2;
+    return wideFactory() != nullptr ? Kernel::kAvx512 : Kernel::kAvx2;
 }
 
 bool wideKernelIsBuilt() {
-#if defined(MBFEAT_WIDE_KERNEL)
-    return true;
-#else
-    return false;
-#endif
+    return WideModule::isBuilt();
 }
 
 std::string kernelProblem(Kernel wanted) {
-    if (wanted == Kernel::kScalar || wanted == Kernel::kAvx2 || wideKernel().factory != nullptr) {
+    if (wanted == Kernel::kScalar || wanted == Kernel::kAvx2 || wideFactory() != nullptr) {
         return {};
     }
     if (!wideKernelIsBuilt()) {
@@ -79,8 +39,8 @@ std::string kernelProblem(Kernel wanted) {
                      "the AVX2 kernel: the same image. Set it to auto."
                    : std::string();
     }
-    if (wideKernel().supported) {
-        return "the AVX-512 kernel could not be loaded (" + wideKernel().problem +
+    if (WideModule::instance().isSupported()) {
+        return "the AVX-512 kernel could not be loaded (" + WideModule::instance().problem() +
                "), so paths are traced by the AVX2 kernel: the same image, but slower. Install "
                "libmbfeat_avx512.so beside libmbfeat.so.";
     }
@@ -108,7 +68,7 @@ std::unique_ptr<PathWorker> makePathWorker(Kernel kernel, int capacity, bool all
     case Kernel::kScalar:
         return std::unique_ptr<PathWorker>(makeScalarWorker(capacity, allFields));
     case Kernel::kAvx512:
-        return std::unique_ptr<PathWorker>(wideKernel().factory(capacity, allFields));
+        return std::unique_ptr<PathWorker>(wideFactory()(capacity, allFields));
     case Kernel::kAvx2:
     case Kernel::kAuto:
         break;

@@ -1,7 +1,5 @@
 #include "scene/colorManagement.h"
 
-#include <dlfcn.h>
-
 #include <algorithm>
 #include <cstdlib>
 #include <exception>
@@ -10,6 +8,7 @@
 #include <mutex>
 #include <utility>
 
+#include "core/library.h"
 #include "scene/colorBuiltIn.h"
 #include "scene/colorSpaceNames.h"
 
@@ -38,14 +37,7 @@ std::vector<std::string> configFolders() {
     if (std::string named = environment("MBFEAT_OCIO_DIR"); !named.empty()) {
         folders.push_back(std::move(named));
     }
-    Dl_info info = {};
-    if (dladdr(reinterpret_cast<const void*>(&wellKnownSpace), &info) != 0 &&
-        info.dli_fname != nullptr) {
-        const std::string library = info.dli_fname;
-        const std::size_t slash = library.rfind('/');
-        folders.push_back((slash == std::string::npos ? "." : library.substr(0, slash)) +
-                          "/../ocio");
-    }
+    folders.push_back(libraryFolder() + "/../ocio");
     return folders;
 }
 

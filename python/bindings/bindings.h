@@ -54,5 +54,6 @@ void bindFilm(nanobind::module_& module);
 void bindProducts(nanobind::module_& module);
 void bindHost(nanobind::module_& module);
 void bindColor(nanobind::module_& module);
+void bindDenoise(nanobind::module_& module);
 
 } // namespace mbfeat

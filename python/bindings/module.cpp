@@ -12,4 +12,5 @@ NB_MODULE(_core, module) {
     mbfeat::bindProducts(module);
     mbfeat::bindHost(module);
     mbfeat::bindColor(module);
+    mbfeat::bindDenoise(module);
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 from pathlib import Path
 
@@ -35,7 +36,7 @@ def test_whole_network_agrees(name: str, tmp_path: Path) -> None:
     export.export(model, file, whole=True)
     for size in SIZES:
         x = export.example(model.config.features, *size)
-        assert export.difference(model, file, x, whole=True) < export.TOLERANCE
+        assert export.difference(model, file, x) < export.TOLERANCE
 
 
 @pytest.mark.parametrize("name", [name for name in VARIANTS if "pyramid" not in VARIANTS[name]])
@@ -45,7 +46,7 @@ def test_hidden_part_agrees(name: str, tmp_path: Path) -> None:
     export.export(model, file, whole=False)
     for size in SIZES:
         x = export.example(model.config.features, *size)
-        assert export.difference(model, file, x, whole=False) < export.TOLERANCE
+        assert export.difference(model, file, x) < export.TOLERANCE
 
 
 def test_file_says_how_to_use_it(tmp_path: Path) -> None:
@@ -54,13 +55,13 @@ def test_file_says_how_to_use_it(tmp_path: Path) -> None:
     export.export(model, file, whole=False, about={"seed": 3})
     graph = onnx.load(str(file))
     assert {entry.version for entry in graph.opset_import if not entry.domain} == {export.OPSET}
-    texts = {entry.key: json.loads(entry.value) for entry in graph.metadata_props}
-    facts = texts[export.KEY]
-    assert facts["channels"] == list(CHANNELS["extended"])
-    assert facts["kind"] == "hidden" and facts["layers"] and facts["kernel"] == 5
-    assert facts["receptive_field"] == model.config.receptive_field
-    assert texts["mbfeat.training"] == {"seed": 3}
-    shape = [d.dim_param or d.dim_value for d in graph.graph.input[0].type.tensor_type.shape.dim]
+    facts = {entry.key: entry.value for entry in graph.metadata_props}
+    assert facts["mbfeat:channels"] == ",".join(CHANNELS["extended"])
+    assert facts["mbfeat:kind"] == "layered" and facts["mbfeat:kernel"] == "5"
+    assert facts["mbfeat:receptiveField"] == str(model.config.context_field)
+    assert json.loads(facts["mbfeat:training"]) == {"seed": 3}
+    sums = onnx.load_from_string(base64.b64decode(facts["mbfeat:samples"]))
+    shape = [d.dim_param or d.dim_value for d in sums.graph.input[0].type.tensor_type.shape.dim]
     assert shape == ["samples", len(CHANNELS["extended"]), "height", "width"]
     with pytest.raises(ValueError, match="export it whole"):
         export.export(network("pyramid"), tmp_path / "no.onnx", whole=False)

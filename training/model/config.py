@@ -60,6 +60,8 @@ class ModelConfig:
         on = [name for name in extended if getattr(self, name)]
         if on and self.features != "extended":
             raise ConfigError(f"model.{on[0]} needs the feature set extended, not {self.features}")
+        if self.layers and self.steps > 1:
+            raise ConfigError(f"model.layers needs model.steps=1, not {self.steps}")
 
     @property
     def unit(self) -> int:
@@ -69,13 +71,18 @@ class ModelConfig:
     @property
     def receptive_field(self) -> int:
         """Pixels around an output pixel that can change it; tiles overlap by at least these."""
+        splat = sum(2**level * (self.kernel // 2 + 2) for level in range(self.pyramid))
+        return self.context_field + (splat if self.pyramid > 1 else self.kernel // 2)
+
+    @property
+    def context_field(self) -> int:
+        """Pixels around a pixel that can change its hidden features."""
         context = 0
         for level in range(len(self.unet)):
             sides = 1 if level == len(self.unet) - 1 else 2
             # Convolutions, and for pooling and bilinear enlargement one cell of the level.
             context += 2**level * (self.convs * sides + (1 if level else 0))
-        splat = sum(2**level * (self.kernel // 2 + 2) for level in range(self.pyramid))
-        return self.steps * context + (splat if self.pyramid > 1 else self.kernel // 2)
+        return self.steps * context
 
 
 def from_dict(kind: type[T], values: dict[str, Any], where: str) -> T:

@@ -80,41 +80,66 @@ class Sksn(nn.Module):
     def forward(self, x: Tensor, splatter: Splatter = splat) -> Tensor:
         return self.splatted(self.hidden(x), splatter)
 
-    def hidden(self, x: Tensor) -> Hidden:
-        """Everything before the last layer."""
+    def hidden(self, x: Tensor, share: Tensor | None = None) -> Hidden:
+        """Everything before the last layer.
+
+        `share` [n, samples, 1, h, w] is what each sample counts for in its pixel, adding up to 1;
+        by default all the same.
+        """
+        self._check(x)
+        n, samples = x.shape[:2]
+        if share is None:
+            share = x.new_full((n, samples, 1, 1, 1), 1.0 / samples)
+        if self.config.layers:
+            classes, mask = self.class_sums(x, share)
+            light = (share * mask)[:, :, :, None] * x[:, :, None, :3]
+            return Hidden(self.of_classes(classes), light.sum(dim=1), _embedding(classes))
+        flat = x.flatten(0, 1)
+        e = self.encoding(flat)
+        context, first = e, e
+        for step, (embed, unet) in enumerate(zip(self.embeddings, self.contexts, strict=True)):
+            e = embed(e if step == 0 else torch.cat([e, context], dim=1))
+            reduced = (share * e.reshape(n, samples, *e.shape[1:])).sum(dim=1)
+            first = reduced if step == 0 else first
+            context = _repeated(unet(reduced), samples)
+        regressed = self.regressor(torch.cat([e, context], dim=1))
+        hidden = regressed.reshape(n, samples, *regressed.shape[1:])
+        return Hidden(hidden, x[:, :, :3], first)
+
+    def class_sums(self, x: Tensor, share: Tensor) -> tuple[Tensor, Tensor]:
+        """What layers know of the samples: all that is computed for each of them, pixel by pixel.
+
+        Sums [n, classes, width + 1, h, w] over the samples of a class of their embeddings and, last,
+        of their shares; and who is in it, mask [n, samples, classes, h, w].
+        """
+        n, samples = x.shape[:2]
+        flat = x.flatten(0, 1)
+        e = self.embeddings[0](self.encoding(flat))
+        mask = path_class(Vertices(flat)).reshape(n, samples, CLASSES, *x.shape[3:])
+        weights = mask * share
+        rows = e.reshape(n, samples, *e.shape[1:])
+        sums = []
+        for c in range(CLASSES):
+            weight = weights[:, :, c : c + 1]
+            sums.append(torch.cat([(weight * rows).sum(dim=1), weight.sum(dim=1)], dim=1))
+        return torch.stack(sums, dim=1), mask
+
+    def of_classes(self, classes: Tensor) -> Tensor:
+        """The hidden features [n, classes, width, h, w] of what class_sums() gives."""
+        n, count = classes.shape[:2]
+        per_pixel = self.contexts[0](_embedding(classes))
+        context = per_pixel[:, None].expand(n, count, *per_pixel.shape[1:])
+        parts = torch.cat([classes[:, :, :-1], context, classes[:, :, -1:]], dim=2)
+        regressed = self.regressor(parts.flatten(0, 1))
+        return regressed.reshape(n, count, *regressed.shape[1:])
+
+    def _check(self, x: Tensor) -> None:
         wanted = len(CHANNELS[self.config.features])
         if x.dim() != 5 or x.shape[2] != wanted:
             raise ValueError(
                 f"the network takes [n, samples, {wanted}, h, w] of {self.config.features}, "
                 f"not {tuple(x.shape)}"
             )
-        n, samples = x.shape[:2]
-        flat = x.flatten(0, 1)
-        e = self.encoding(flat)
-        context, first = e, e
-        for step, (embed, unet) in enumerate(zip(self.embeddings, self.contexts, strict=True)):
-            e = embed(e if step == 0 else torch.cat([e, context], dim=1))
-            reduced = e.reshape(n, samples, *e.shape[1:]).mean(dim=1)
-            first = reduced if step == 0 else first
-            per_pixel = unet(reduced)
-            context = _repeated(per_pixel, samples)
-        if self.config.layers:
-            # One kernel a pixel and class: from the class's share of the samples and their mean.
-            mask = path_class(Vertices(flat))
-            units, parts, radiance = CLASSES, [], []
-            for c in range(units):
-                chosen = mask[:, c : c + 1]
-                chosen_e = (chosen * e).reshape(n, samples, *e.shape[1:]).mean(dim=1)
-                share = chosen.reshape(n, samples, *chosen.shape[1:]).mean(dim=1)
-                parts.append(torch.cat([chosen_e, per_pixel, share], dim=1))
-                light = (chosen * flat[:, :3]).reshape(n, samples, 3, *flat.shape[2:])
-                radiance.append(light.mean(dim=1))
-            regressed = self.regressor(torch.stack(parts, dim=1).flatten(0, 1))
-            hidden = regressed.reshape(n, units, *regressed.shape[1:])
-            return Hidden(hidden, torch.stack(radiance, dim=1), first)
-        regressed = self.regressor(torch.cat([e, context], dim=1))
-        hidden = regressed.reshape(n, samples, *regressed.shape[1:])
-        return Hidden(hidden, x[:, :, :3], first)
 
     def splatted(self, state: Hidden, splatter: Splatter = splat) -> Tensor:
         """The last layer and the splat."""
@@ -135,6 +160,11 @@ class Sksn(nn.Module):
     def parameter_count(self) -> int:
         """Trained numbers."""
         return sum(p.numel() for p in self.parameters())
+
+
+def _embedding(classes: Tensor) -> Tensor:
+    """The mean embedding of all samples: every sample is in one class."""
+    return classes[:, :, :-1].sum(dim=1)
 
 
 def _repeated(x: Tensor, samples: int) -> Tensor:

@@ -1,0 +1,143 @@
+#include "denoise/channels.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <optional>
+#include <utility>
+
+namespace mbfeat {
+
+namespace {
+
+/// Bits of a vertex's event, as PathEvent has them: the film's paths are plain numbers here.
+constexpr std::array<std::pair<const char*, std::uint32_t>, 4> kEventBits = {
+    {{"reflect", 1U}, {"transmit", 2U}, {"diffuse", 4U}, {"specular", 16U}}};
+
+struct Name {
+    std::string stem, component; ///< "mbfeat:normal:0" and "X"
+    int vertex = -1;             ///< the number at the end of the stem
+};
+
+Name parsed(const std::string& channel) {
+    Name name;
+    const std::size_t dot = channel.rfind('.');
+    name.stem = channel.substr(0, dot);
+    name.component = dot == std::string::npos ? std::string() : channel.substr(dot + 1);
+    if (name.stem.size() > 1 && name.stem[name.stem.size() - 2] == ':' && name.stem.back() >= '0' &&
+        name.stem.back() <= '9') {
+        name.vertex = name.stem.back() - '0';
+    }
+    return name;
+}
+
+bool isShown(const Name& name, const std::string& channel, ShownFeatures shown) {
+    switch (shown) {
+    case ShownFeatures::kAll:
+        return true;
+    case ShownFeatures::kFirstHit:
+        return name.vertex <= 0;
+    case ShownFeatures::kNone:
+        break;
+    }
+    return name.vertex < 0 && channel != "Z";
+}
+
+} // namespace
+
+Result<ChannelPlan> ChannelPlan::make(const std::vector<std::string>& channels,
+                                      const PathSamples& paths, ShownFeatures shown) {
+    const auto find = [&](const std::string& field) -> std::optional<std::size_t> {
+        const auto found = std::find(paths.fields.begin(), paths.fields.end(), field);
+        if (found == paths.fields.end()) {
+            return std::nullopt;
+        }
+        return static_cast<std::size_t>(std::distance(paths.fields.begin(), found));
+    };
+    ChannelPlan plan;
+    std::copy(std::begin(paths.worldToCamera), std::end(paths.worldToCamera), plan.rotation_);
+    std::string missing;
+    for (const std::string& channel : channels) {
+        const Name name = parsed(channel);
+        Source source;
+        std::string field = channel;
+        source.kind = Kind::kField;
+        const std::string event = channel.substr(0, channel.find(':'));
+        const auto* const bit =
+            std::find_if(kEventBits.begin(), kEventBits.end(),
+                         [&](const auto& known) { return event == known.first; });
+        if (event == "valid") {
+            source.kind = Kind::kBit;
+            source.bits = 1U << static_cast<unsigned>(std::max(name.vertex, 0));
+            field = "validMask";
+        } else if (bit != kEventBits.end()) {
+            source.kind = Kind::kBit;
+            source.bits = bit->second;
+            field = "mbfeat:event:" + std::to_string(name.vertex) + ".Y";
+        } else if (channel.find(":normal:") != std::string::npos) {
+            source.kind = Kind::kDirection;
+            source.axis = name.component == "X" ? 0 : name.component == "Y" ? 1 : 2;
+            field = name.stem + ".X";
+        }
+        const std::optional<std::size_t> place = find(field);
+        if (!place) {
+            missing += (missing.empty() ? "" : ", ") + field;
+            continue;
+        }
+        source.field = *place;
+        if (!isShown(name, channel, shown)) {
+            source.kind = Kind::kZero;
+        }
+        plan.sources_.push_back(source);
+    }
+    if (!missing.empty()) {
+        constexpr std::size_t kLongest = 200;
+        if (missing.size() > kLongest) {
+            missing = missing.substr(0, kLongest) + " ...";
+        }
+        return Error{"mbfeat:denoise:model",
+                     "the network needs what these path samples do not have (" + missing +
+                         "); the image is not denoised. Record it, with mbfeat:event:0 among a "
+                         "deep product's AOVs for the extended set, or take another network."};
+    }
+    return plan;
+}
+
+bool ChannelPlan::write(const float* path, float* out, std::size_t stride) const {
+    bool finite = true;
+    float* to = out;
+    for (const Source& source : sources_) {
+        float value = 0.0F;
+        switch (source.kind) {
+        case Kind::kZero:
+            break;
+        case Kind::kField:
+            value = path[source.field];
+            break;
+        case Kind::kDirection: {
+            const float* const world = path + source.field;
+            const float* const axis = rotation_ + 3 * source.axis;
+            value = axis[0] * world[0] + axis[1] * world[1] + axis[2] * world[2];
+            break;
+        }
+        case Kind::kBit: {
+            const float number = path[source.field];
+            const bool isNumber = number >= 0.0F && number < 4294967040.0F;
+            finite = finite && isNumber;
+            value =
+                isNumber && (static_cast<std::uint32_t>(number) & source.bits) != 0 ? 1.0F : 0.0F;
+            break;
+        }
+        }
+        finite = finite && std::isfinite(value);
+        *to = value;
+        to += stride;
+    }
+    for (std::size_t i = 0; !finite && i < sources_.size(); ++i) {
+        out[i * stride] = 0.0F;
+    }
+    return finite;
+}
+
+} // namespace mbfeat

@@ -1,0 +1,62 @@
+// From kept paths to what a network is given.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/diagnostics.h"
+
+namespace mbfeat {
+
+/// Paths of an image: float[height][width][capacity][fields]. Memory of the caller.
+struct PathSamples {
+    int width = 0, height = 0, capacity = 0;
+    const float* data = nullptr;
+    std::vector<std::string> fields; ///< names of a path's floats, see pathSampleFields()
+    /// Paths that each pixel has, at most `capacity`: [height][width]; empty: all have all.
+    std::vector<std::uint32_t> counts;
+    /// Rotates directions from the world to the camera, whose -z is forward; row-major.
+    float worldToCamera[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+
+    std::size_t pixelCount() const {
+        return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+    }
+    std::size_t countOf(std::size_t pixel) const {
+        return counts.empty() ? static_cast<std::size_t>(capacity) : counts[pixel];
+    }
+    const float* path(std::size_t pixel, std::size_t sample) const {
+        return data + (pixel * static_cast<std::size_t>(capacity) + sample) * fields.size();
+    }
+};
+
+/// How much of the paths a network is shown; what is left out is zero.
+enum class ShownFeatures : std::uint8_t { kAll, kFirstHit, kNone };
+
+/// Finds a network's channels in the fields of paths.
+class ChannelPlan {
+public:
+    /// An error names channels that the paths lack.
+    static Result<ChannelPlan> make(const std::vector<std::string>& channels,
+                                    const PathSamples& paths, ShownFeatures shown);
+
+    /// Writes the path's channels to out[0], out[stride], ...: false, and nothing but zeros, where
+    /// one of them is not finite.
+    bool write(const float* path, float* out, std::size_t stride) const;
+    std::size_t size() const { return sources_.size(); }
+
+private:
+    enum class Kind : std::uint8_t { kZero, kField, kDirection, kBit };
+    struct Source {
+        Kind kind = Kind::kZero;
+        std::size_t field = 0;  ///< of a direction: its x
+        std::uint32_t bits = 0; ///< any of these
+        std::size_t axis = 0;   ///< of the camera
+    };
+    std::vector<Source> sources_;
+    float rotation_[9] = {};
+
+    ChannelPlan() = default;
+};
+
+} // namespace mbfeat

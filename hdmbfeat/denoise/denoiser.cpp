@@ -1,0 +1,493 @@
+#include "denoise/denoiser.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iterator>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "core/parallel.h"
+#include "denoise/splat.h"
+
+namespace mbfeat {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point begin) {
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+/// Paths that one thread gives to the network at once: their channels stay in its cache.
+constexpr std::size_t kChunk = 2048;
+/// Paths of a pixel that are looked at together.
+constexpr std::size_t kMostSamples = 16;
+constexpr double kSumsShare = 0.5; ///< of the time that a layered model takes, about
+
+/// A tile with what surrounds it: `core` is computed from `region`, both inside the image.
+struct Tile {
+    SplatTile core, region;
+};
+
+std::int64_t width(const SplatTile& t) {
+    return t.x1 - t.x0;
+}
+std::int64_t height(const SplatTile& t) {
+    return t.y1 - t.y0;
+}
+std::size_t area(const SplatTile& t) {
+    return static_cast<std::size_t>(width(t)) * static_cast<std::size_t>(height(t));
+}
+
+/// The most paths that a pixel has.
+std::size_t mostSamples(const PathSamples& paths) {
+    return paths.counts.empty() ? static_cast<std::size_t>(paths.capacity)
+                                : *std::max_element(paths.counts.begin(), paths.counts.end());
+}
+
+/// What both kinds of models share: tiles, the splat, the image.
+class Reconstruction {
+public:
+    Reconstruction(const DenoiseModel& model, const DenoiseOptions& options, int imageWidth,
+                   int imageHeight, std::size_t lightChannels, ThreadPool& pool)
+        : model_(model),
+          contract_(model.contract()),
+          options_(options),
+          width_(imageWidth),
+          height_(imageHeight),
+          lightChannels_(lightChannels),
+          pool_(pool) {
+        result_.image.resize(lightChannels * pixelCount());
+    }
+
+protected:
+    ~Reconstruction() = default;
+    Reconstruction(const Reconstruction&) = delete;
+    Reconstruction& operator=(const Reconstruction&) = delete;
+
+    std::size_t pixelCount() const {
+        return static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
+    }
+    bool isOver() const {
+        return failure_.has_value() ||
+               (options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed));
+    }
+    void tell(double fraction) const {
+        if (options_.progress) {
+            options_.progress(fraction);
+        }
+    }
+
+    template <class TileFunction>
+    void forEachTile(std::size_t samples, double done, const TileFunction& reconstruct) {
+        const std::vector<Tile> tiles = makeTiles(samples);
+        result_.tiles = static_cast<int>(tiles.size());
+        for (std::size_t i = 0; i < tiles.size() && !isOver(); ++i) {
+            reconstruct(tiles[i]);
+            tell(done +
+                 (1.0 - done) * static_cast<double>(i + 1) / static_cast<double>(tiles.size()));
+        }
+    }
+
+    Result<DenoiseResult> finished() {
+        if (failure_) {
+            return *failure_;
+        }
+        result_.stopped = isOver();
+        return std::move(result_);
+    }
+
+    std::vector<Tile> makeTiles(std::size_t samples) {
+        const auto unit = static_cast<std::int64_t>(contract_.unit);
+        const auto up = [&](std::int64_t n) { return (n + unit - 1) / unit * unit; };
+        const std::int64_t margin = up(contract_.receptiveField + contract_.kernel / 2);
+        const std::int64_t side = up(tileSide(margin, samples));
+        result_.tileSize = static_cast<int>(side);
+        std::vector<Tile> tiles;
+        for (std::int64_t y = 0; y < height_; y += side) {
+            for (std::int64_t x = 0; x < width_; x += side) {
+                const auto cut = [&](std::int64_t border) {
+                    const auto w = static_cast<std::int64_t>(width_);
+                    const auto h = static_cast<std::int64_t>(height_);
+                    return SplatTile{static_cast<int>(std::max<std::int64_t>(x - border, 0)),
+                                     static_cast<int>(std::max<std::int64_t>(y - border, 0)),
+                                     static_cast<int>(std::min(x + side + border, w)),
+                                     static_cast<int>(std::min(y + side + border, h))};
+                };
+                tiles.push_back({cut(0), cut(margin)});
+            }
+        }
+        return tiles;
+    }
+
+    /// The largest tile whose run fits into the memory; a small one costs more for its margin.
+    std::int64_t tileSide(std::int64_t margin, std::size_t samples) const {
+        const std::int64_t whole = std::max(width_, height_);
+        if (options_.tile > 0) {
+            return std::min<std::int64_t>(options_.tile, whole);
+        }
+        const double bytes = 4.0 * static_cast<double>(samples) * contract_.workingFloats;
+        const double pixels = options_.memory * 1073741824.0 / bytes;
+        if (static_cast<double>(pixelCount()) <= pixels) {
+            return whole;
+        }
+        constexpr std::int64_t kLeast = 64;
+        return std::max(static_cast<std::int64_t>(std::sqrt(pixels)) - 2 * margin, kLeast);
+    }
+
+    /// Splats a tile's units, and puts its core into the image.
+    void spread(const Tile& tile, const OnnxSession::Outputs& network,
+                const std::vector<float>& light, const float* presence, bool apart) {
+        const Clock::time_point begin = Clock::now();
+        const TensorView& hidden = network[0];
+        SplatInput input;
+        input.width = static_cast<int>(width(tile.region));
+        input.height = static_cast<int>(height(tile.region));
+        input.units = static_cast<int>(hidden.shape.empty() ? 0 : hidden.shape[0]);
+        input.channels = static_cast<int>(hidden.shape.size() == 4 ? hidden.shape[1] : 0);
+        input.lights = static_cast<int>(lightChannels_);
+        input.kernel = contract_.kernel;
+        const auto taps = static_cast<std::size_t>(input.kernel * input.kernel);
+        const auto units = static_cast<std::size_t>(input.units);
+        if (hidden.size() != units * static_cast<std::size_t>(input.channels) * area(tile.region) ||
+            units * lightChannels_ * area(tile.region) != light.size() ||
+            network[1].size() != taps * static_cast<std::size_t>(input.channels) ||
+            network[2].size() != taps) {
+            failure_ = Error{model_.file(),
+                             "what the network gives has other sizes than its metadata says. "
+                             "Export it anew."};
+            return;
+        }
+        input.hidden = hidden.data;
+        input.light = light.data();
+        input.weight = network[1].data;
+        input.bias = network[2].data;
+        input.presence = presence;
+        input.apart = apart;
+        std::vector<float> image(lightChannels_ * area(tile.region));
+        const SplatTile core{tile.core.x0 - tile.region.x0, tile.core.y0 - tile.region.y0,
+                             tile.core.x1 - tile.region.x0, tile.core.y1 - tile.region.y0};
+        splat(input, core, image.data(), pool_, options_.stop, widestSplatLanes());
+        for (std::size_t p = 0; p < lightChannels_; ++p) {
+            for (int y = core.y0; y < core.y1; ++y) {
+                const float* const from =
+                    image.data() + p * area(tile.region) +
+                    static_cast<std::size_t>(y) * static_cast<std::size_t>(input.width) +
+                    static_cast<std::size_t>(core.x0);
+                std::copy_n(from, width(core),
+                            result_.image.data() + p * pixelCount() +
+                                static_cast<std::size_t>(y + tile.region.y0) *
+                                    static_cast<std::size_t>(width_) +
+                                static_cast<std::size_t>(tile.core.x0));
+            }
+        }
+        result_.splatSeconds += secondsSince(begin);
+    }
+
+    const DenoiseModel& model_;
+    const DenoiseContract& contract_;
+    const DenoiseOptions& options_;
+    int width_, height_;
+    std::size_t lightChannels_;
+    ThreadPool& pool_;
+    DenoiseResult result_;
+    std::optional<Error> failure_;
+};
+
+/// From sums by class: a kernel for each class of a pixel.
+class ClassReconstruction : private Reconstruction {
+public:
+    ClassReconstruction(const PathSums& sums, const DenoiseOptions& options, ThreadPool& pool)
+        : Reconstruction(sums.model(), options, sums.width(), sums.height(), sums.lightChannels(),
+                         pool),
+          sums_(sums) {}
+
+    Result<DenoiseResult> run(double done) {
+        forEachTile(1, done, [this](const Tile& tile) { reconstruct(tile); });
+        result_.repaired = sums_.repaired();
+        result_.empty = sums_.emptyPixels();
+        return finished();
+    }
+
+private:
+    void reconstruct(const Tile& tile) {
+        std::vector<float> classes, light;
+        sums_.means(tile.region.x0, tile.region.y0, tile.region.x1, tile.region.y1, classes, light);
+        const Clock::time_point begin = Clock::now();
+        Result<OnnxSession::Outputs> outputs =
+            model_.graph().run({{classes.data(),
+                                 {kPathClasses, static_cast<std::int64_t>(sums_.planes()),
+                                  height(tile.region), width(tile.region)}}});
+        result_.inferenceSeconds += secondsSince(begin);
+        if (!outputs) {
+            failure_ = outputs.error();
+            return;
+        }
+        spread(tile, outputs.value(), light, nullptr, true);
+    }
+
+    const PathSums& sums_;
+};
+
+/// From samples, each of which has a kernel of its own.
+class SampleReconstruction : private Reconstruction {
+public:
+    SampleReconstruction(const DenoiseModel& model, const PathSamples& paths,
+                         const DenoiseOptions& options, ChannelPlan plan,
+                         std::vector<std::size_t> lights, ThreadPool& pool)
+        : Reconstruction(model, options, paths.width, paths.height, 3 * lights.size(), pool),
+          paths_(paths),
+          plan_(std::move(plan)),
+          lights_(std::move(lights)) {}
+
+    Result<DenoiseResult> run() {
+        const std::size_t samples = std::max<std::size_t>(mostSamples(paths_), 1);
+        forEachTile(samples, 0.0, [&](const Tile& tile) { reconstruct(tile, samples); });
+        result_.repaired = repaired_;
+        return finished();
+    }
+
+private:
+    void reconstruct(const Tile& tile, std::size_t samples) {
+        const Clock::time_point begin = Clock::now();
+        const std::size_t pixels = area(tile.region);
+        std::vector<float> channels(samples * plan_.size() * pixels), shares(samples * pixels);
+        std::vector<float> light(samples * lightChannels_ * pixels);
+        const auto columns = static_cast<std::size_t>(width(tile.region));
+        const auto pixelAt = [&](std::size_t i) {
+            return (static_cast<std::size_t>(tile.region.y0) + i / columns) *
+                       static_cast<std::size_t>(paths_.width) +
+                   static_cast<std::size_t>(tile.region.x0) + i % columns;
+        };
+        pool_.run(0, static_cast<std::int64_t>(samples), 1, options_.stop,
+                  [&](std::int64_t sample, int /*thread*/) {
+                      const auto s = static_cast<std::size_t>(sample);
+                      gather(s, pixels, pixelAt, channels.data() + s * plan_.size() * pixels,
+                             shares.data() + s * pixels);
+                      gatherLight(s, pixels, pixelAt, shares.data() + s * pixels,
+                                  light.data() + s * lightChannels_ * pixels);
+                  });
+        if (isOver()) {
+            return;
+        }
+        shareAlike(samples, pixels, shares);
+        result_.gatherSeconds += secondsSince(begin);
+        const Clock::time_point inference = Clock::now();
+        const auto n = static_cast<std::int64_t>(samples);
+        Result<OnnxSession::Outputs> outputs =
+            model_.graph().run({{channels.data(),
+                                 {n, static_cast<std::int64_t>(plan_.size()), height(tile.region),
+                                  width(tile.region)}},
+                                {shares.data(), {n, 1, height(tile.region), width(tile.region)}}});
+        result_.inferenceSeconds += secondsSince(inference);
+        if (!outputs) {
+            failure_ = outputs.error();
+            return;
+        }
+        spread(tile, outputs.value(), light, shares.data(), false);
+    }
+
+    template <class PixelAt>
+    void gatherLight(std::size_t sample, std::size_t pixels, const PixelAt& pixelAt,
+                     const float* share, float* light) const {
+        for (std::size_t i = 0; i < pixels; ++i) {
+            if (share[i] == 0.0F) {
+                continue;
+            }
+            const float* const path = paths_.path(pixelAt(i), sample);
+            float* to = light + i;
+            for (const std::size_t field : lights_) {
+                for (std::size_t k = 0; k < 3; ++k, to += pixels) {
+                    *to = path[field + k];
+                }
+            }
+        }
+    }
+
+    /// Usable samples share the pixel.
+    static void shareAlike(std::size_t samples, std::size_t pixels, std::vector<float>& shares) {
+        for (std::size_t i = 0; i < pixels; ++i) {
+            std::size_t used = 0;
+            for (std::size_t s = 0; s < samples; ++s) {
+                used += shares[s * pixels + i] > 0.0F ? 1 : 0;
+            }
+            for (std::size_t s = 0; s < samples && used > 0; ++s) {
+                float& share = shares[s * pixels + i];
+                share = share > 0.0F ? 1.0F / static_cast<float>(used) : 0.0F;
+            }
+        }
+    }
+
+    /// Writes a sample of some pixels as the network's channels, [channel][pixel], and its share of
+    /// each, 0 where there is none.
+    template <class PixelAt>
+    void gather(std::size_t s, std::size_t pixels, const PixelAt& pixelAt, float* planes,
+                float* share) {
+        std::uint64_t repaired = 0;
+        for (std::size_t i = 0; i < pixels; ++i) {
+            const std::size_t pixel = pixelAt(i);
+            share[i] = 0.0F;
+            if (s >= paths_.countOf(pixel)) {
+                for (std::size_t c = 0; c < plan_.size(); ++c) {
+                    planes[c * pixels + i] = 0.0F;
+                }
+                continue;
+            }
+            const float* const path = paths_.path(pixel, s);
+            if (plan_.write(path, planes + i, pixels) && lightsAreFinite(path)) {
+                share[i] = 1.0F;
+            } else {
+                ++repaired;
+            }
+        }
+        repaired_.fetch_add(repaired, std::memory_order_relaxed);
+    }
+
+    bool lightsAreFinite(const float* path) const {
+        return std::all_of(lights_.begin(), lights_.end(), [&](std::size_t field) {
+            return std::isfinite(path[field]) && std::isfinite(path[field + 1]) &&
+                   std::isfinite(path[field + 2]);
+        });
+    }
+
+    const PathSamples& paths_;
+    ChannelPlan plan_;
+    std::vector<std::size_t> lights_; ///< first fields
+    std::atomic<std::uint64_t> repaired_{0};
+};
+
+/// Adds all kept paths up; false when it was stopped.
+Result<bool> sumUp(const PathSamples& paths, PathSums& sums, const DenoiseOptions& options,
+                   ThreadPool& pool) {
+    const std::size_t pixels = paths.pixelCount();
+    // Pixels with equally many paths in a row go together.
+    const std::size_t most = std::max<std::size_t>(mostSamples(paths), 1);
+    const std::size_t chunk = std::max<std::size_t>(kChunk / std::min(most, kMostSamples), 1);
+    const auto chunks = static_cast<std::int64_t>((pixels + chunk - 1) / chunk);
+    std::mutex mutex;
+    Status failure;
+    std::atomic<bool> failed{false};
+    std::atomic<std::int64_t> done{0};
+    const auto addPixels = [&](std::size_t first, std::size_t last) {
+        std::vector<std::size_t> places;
+        std::vector<const float*> rows;
+        for (std::size_t begin = first, end = first; begin < last && !failed; begin = end) {
+            const std::size_t count = paths.countOf(begin);
+            while (end < last && paths.countOf(end) == count) {
+                ++end;
+            }
+            for (std::size_t s = 0; s < count; s += kMostSamples) {
+                const std::size_t n = std::min(kMostSamples, count - s);
+                places.clear();
+                rows.clear();
+                for (std::size_t pixel = begin; pixel < end; ++pixel) {
+                    places.push_back(pixel);
+                    for (std::size_t i = 0; i < n; ++i) {
+                        rows.push_back(paths.path(pixel, s + i));
+                    }
+                }
+                if (Status problem = sums.add(places.data(), places.size(), n, rows.data())) {
+                    const std::lock_guard lock(mutex);
+                    failure = std::move(problem);
+                    failed = true;
+                    return;
+                }
+            }
+        }
+    };
+    const bool whole = pool.run(0, chunks, 1, options.stop, [&](std::int64_t index, int thread) {
+        const std::size_t first = static_cast<std::size_t>(index) * chunk;
+        addPixels(first, std::min(first + chunk, pixels));
+        ++done;
+        if (thread == 0 && options.progress) {
+            options.progress(kSumsShare * static_cast<double>(done) / static_cast<double>(chunks));
+        }
+    });
+    if (failure) {
+        return *failure;
+    }
+    return whole;
+}
+
+/// First fields of the colours that are to be reconstructed.
+Result<std::vector<std::size_t>> findLights(const PathSamples& paths,
+                                            const std::vector<std::string>& names) {
+    std::vector<std::size_t> lights;
+    for (const std::string& name : names) {
+        const auto found = std::find(paths.fields.begin(), paths.fields.end(), name);
+        if (std::distance(found, paths.fields.end()) < 3) {
+            return Error{name, "the path samples do not have this colour; the image is not "
+                               "denoised."};
+        }
+        lights.push_back(static_cast<std::size_t>(std::distance(paths.fields.begin(), found)));
+    }
+    return lights;
+}
+
+int threadsOf(const DenoiseOptions& options) {
+    return options.threads > 0 ? options.threads : hardwareThreads();
+}
+
+} // namespace
+
+Result<std::unique_ptr<PathSums>> makePathSums(const std::shared_ptr<const DenoiseModel>& model,
+                                               const PathSamples& paths,
+                                               const DenoiseOptions& options) {
+    if (model->contract().kind != DenoiseContract::Kind::kLayered) {
+        return Error{model->file(), "this network needs every sample, not sums of them."};
+    }
+    Result<ChannelPlan> plan = ChannelPlan::make(model->contract().channels, paths, options.shown);
+    if (!plan) {
+        return plan.error();
+    }
+    Result<std::vector<std::size_t>> lights = findLights(paths, options.lights);
+    if (!lights) {
+        return lights.error();
+    }
+    return std::make_unique<PathSums>(model, std::move(plan.value()), paths.width, paths.height,
+                                      std::move(lights.value()));
+}
+
+Result<DenoiseResult> denoise(const PathSums& sums, const DenoiseOptions& options) {
+    ThreadPool pool(threadsOf(options));
+    return ClassReconstruction(sums, options, pool).run(0.0);
+}
+
+Result<DenoiseResult> denoise(const std::shared_ptr<const DenoiseModel>& model,
+                              const PathSamples& paths, const DenoiseOptions& options) {
+    ThreadPool pool(threadsOf(options));
+    if (model->contract().kind == DenoiseContract::Kind::kLayered) {
+        const Result<std::unique_ptr<PathSums>> sums = makePathSums(model, paths, options);
+        if (!sums) {
+            return sums.error();
+        }
+        const Clock::time_point begin = Clock::now();
+        const Result<bool> whole = sumUp(paths, *sums.value(), options, pool);
+        if (!whole) {
+            return whole.error();
+        }
+        const double seconds = secondsSince(begin);
+        Result<DenoiseResult> result =
+            ClassReconstruction(*sums.value(), options, pool).run(kSumsShare);
+        if (result) {
+            result.value().gatherSeconds += seconds;
+        }
+        return result;
+    }
+    Result<ChannelPlan> plan = ChannelPlan::make(model->contract().channels, paths, options.shown);
+    if (!plan) {
+        return plan.error();
+    }
+    Result<std::vector<std::size_t>> lights = findLights(paths, options.lights);
+    if (!lights) {
+        return lights.error();
+    }
+    return SampleReconstruction(*model, paths, options, std::move(plan.value()),
+                                std::move(lights.value()), pool)
+        .run();
+}
+
+} // namespace mbfeat

@@ -1,0 +1,233 @@
+#include "denoise/model.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <mutex>
+#include <optional>
+#include <sstream>
+#include <system_error>
+
+#include "core/library.h"
+
+namespace mbfeat {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kDefaultModel = "best";
+constexpr const char* kFormat = "2";
+
+/// Where the models lie that MBFeat comes with.
+fs::path modelFolder() {
+    return fs::path(libraryFolder()) / ".." / "models";
+}
+
+std::string listOfInstalled() {
+    std::string list;
+    for (const auto& [name, file] : DenoiseModel::installed()) {
+        list += (list.empty() ? "" : ", ") + name;
+    }
+    return list.empty() ? "none" : list;
+}
+
+/// Decodes standard base64; nothing where it is not.
+std::optional<std::string> decoded(const std::string& text) {
+    std::string bytes;
+    bytes.reserve(text.size() / 4 * 3);
+    unsigned bits = 0;
+    int held = 0;
+    for (const char c : text) {
+        int digit = -1;
+        if (c >= 'A' && c <= 'Z') {
+            digit = c - 'A';
+        } else if (c >= 'a' && c <= 'z') {
+            digit = c - 'a' + 26;
+        } else if (c >= '0' && c <= '9') {
+            digit = c - '0' + 52;
+        } else if (c == '+' || c == '/') {
+            digit = c == '+' ? 62 : 63;
+        } else if (c == '=') {
+            break;
+        }
+        if (digit < 0) {
+            return std::nullopt;
+        }
+        bits = (bits << 6U) | static_cast<unsigned>(digit);
+        held += 6;
+        if (held >= 8) {
+            held -= 8;
+            bytes.push_back(static_cast<char>((bits >> static_cast<unsigned>(held)) & 0xFFU));
+        }
+    }
+    return bytes;
+}
+
+} // namespace
+
+std::vector<std::pair<std::string, std::string>> DenoiseModel::installed() {
+    std::vector<std::pair<std::string, std::string>> found;
+    std::error_code ignored; // a folder that is not there holds no models
+    for (const auto& entry : fs::directory_iterator(modelFolder(), ignored)) {
+        if (entry.path().extension() == ".onnx") {
+            found.emplace_back(entry.path().stem().string(), entry.path().string());
+        }
+    }
+    std::sort(found.begin(), found.end());
+    return found;
+}
+
+Result<std::shared_ptr<const DenoiseModel>> DenoiseModel::open(const std::string& name,
+                                                               int threads) {
+    std::string file = name;
+    if (name.empty() ||
+        (name.find('/') == std::string::npos && fs::path(name).extension().empty())) {
+        file = (modelFolder() / ((name.empty() ? kDefaultModel : name) + std::string(".onnx")))
+                   .string();
+    }
+    std::error_code problem;
+    const auto changed = fs::last_write_time(file, problem);
+    if (problem) {
+        return Error{name.empty() ? kDefaultModel : name,
+                     "the denoising network cannot be read (" + problem.message() +
+                         "). Name an ONNX file, or one of those that MBFeat comes with: " +
+                         listOfInstalled() + "."};
+    }
+
+    struct Kept {
+        std::string file;
+        fs::file_time_type changed;
+        int threads;
+        std::shared_ptr<const DenoiseModel> model;
+    };
+    static std::mutex mutex;
+    // The one that was used last. Never destroyed: runtimes do not like to be torn down at exit.
+    static auto& kept = *new Kept{};
+    const std::lock_guard lock(mutex);
+    if (kept.model && kept.file == file && kept.changed == changed && kept.threads == threads) {
+        return kept.model;
+    }
+    Result<std::shared_ptr<const DenoiseModel>> model = read(file, threads);
+    if (model) {
+        kept = {file, changed, threads, model.value()};
+    }
+    return model;
+}
+
+Result<std::shared_ptr<const DenoiseModel>> DenoiseModel::read(const std::string& file,
+                                                               int threads) {
+    const auto runtime = OnnxRuntime::instance();
+    if (!runtime) {
+        return runtime.error();
+    }
+    std::ifstream stream(file, std::ios::binary);
+    const std::string bytes((std::istreambuf_iterator<char>(stream)),
+                            std::istreambuf_iterator<char>());
+    if (!stream && bytes.empty()) {
+        return Error{file, "it cannot be read. Check its permissions."};
+    }
+    std::shared_ptr<DenoiseModel> model(new DenoiseModel);
+    model->file_ = file;
+    auto graph = OnnxSession::open(runtime.value(), bytes, file, threads);
+    if (!graph) {
+        return graph.error();
+    }
+    model->graph_ = std::move(graph.value());
+    if (const Status failed = model->readContract()) {
+        return *failed;
+    }
+    if (model->contract_.kind == DenoiseContract::Kind::kLayered) {
+        const auto samples = decoded(model->graph_->metadata("mbfeat:samples"));
+        if (!samples) {
+            return Error{file, "the part of the network that reads samples is damaged. Export it "
+                               "anew."};
+        }
+        auto sampleGraph = OnnxSession::open(runtime.value(), *samples, file, 1);
+        if (!sampleGraph) {
+            return sampleGraph.error();
+        }
+        model->sampleGraph_ = std::move(sampleGraph.value());
+    }
+    if (const Status failed = model->checkGraphs()) {
+        return *failed;
+    }
+    return std::shared_ptr<const DenoiseModel>(std::move(model));
+}
+
+Status DenoiseModel::readContract() {
+    const auto entry = [&](const char* name) {
+        return graph_->metadata(std::string("mbfeat:") + name);
+    };
+    if (entry("format") != kFormat) {
+        return Error{file_, entry("format").empty()
+                                ? "it is no network of MBFeat's: its metadata lacks mbfeat:format. "
+                                  "Give a file that training.export wrote."
+                                : "its format " + entry("format") +
+                                      " is not the one that this "
+                                      "version reads, " +
+                                      kFormat + ". Export it anew."};
+    }
+    const std::string kind = entry("kind");
+    if (kind != "hidden" && kind != "layered") {
+        return Error{file_, "a network of kind " + kind +
+                                " is made for comparisons, not for "
+                                "rendering. Export it without --whole."};
+    }
+    contract_.kind =
+        kind == "layered" ? DenoiseContract::Kind::kLayered : DenoiseContract::Kind::kHidden;
+    contract_.features = entry("features");
+    std::istringstream list(entry("channels"));
+    for (std::string channel; std::getline(list, channel, ',');) {
+        contract_.channels.push_back(channel);
+    }
+    struct Number {
+        const char* name;
+        int* value;
+        int least, most;
+    };
+    for (const Number& number :
+         {Number{"kernel", &contract_.kernel, 1, 99}, Number{"unit", &contract_.unit, 1, 1024},
+          Number{"receptiveField", &contract_.receptiveField, 0, 4096},
+          Number{"classPlanes", &contract_.classPlanes, 0, 1 << 16},
+          Number{"workingFloats", &contract_.workingFloats, 1, 1 << 20}}) {
+        const std::string text = entry(number.name);
+        const auto [end, failed] =
+            std::from_chars(text.data(), text.data() + text.size(), *number.value);
+        if (failed != std::errc() || end != text.data() + text.size() ||
+            *number.value < number.least || *number.value > number.most) {
+            return Error{file_, "its metadata mbfeat:" + std::string(number.name) + " is '" + text +
+                                    "', which cannot be. Export the network anew."};
+        }
+    }
+    if (contract_.kernel % 2 == 0 || contract_.channels.size() < 3 ||
+        contract_.channels[0] != "R") {
+        return Error{file_, "its metadata contradicts itself (kernel " +
+                                std::to_string(contract_.kernel) + ", " +
+                                std::to_string(contract_.channels.size()) +
+                                " channels). Export the network anew."};
+    }
+    return std::nullopt;
+}
+
+Status DenoiseModel::checkGraphs() const {
+    using Names = std::vector<std::string>;
+    const bool layered = contract_.kind == DenoiseContract::Kind::kLayered;
+    const bool right = layered ? graph_->inputs() == Names{"classes"} &&
+                                     graph_->outputs() == Names{"hidden", "weight", "bias"} &&
+                                     sampleGraph_->inputs() == Names{"samples", "share"} &&
+                                     sampleGraph_->outputs() == Names{"classes", "mask"}
+                               : graph_->inputs() == Names{"samples", "share"} &&
+                                     graph_->outputs() == Names{"hidden", "weight", "bias"};
+    if (!right) {
+        return Error{file_, "its inputs and outputs are not those of its kind. Export the network "
+                            "anew."};
+    }
+    return std::nullopt;
+}
+
+} // namespace mbfeat

@@ -1,0 +1,60 @@
+// A trained network as it is exported by training/export.py: its graphs, and what a program has to
+// know of them.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/diagnostics.h"
+#include "denoise/onnxRuntime.h"
+
+namespace mbfeat {
+
+/// What the model file's metadata says (entries "mbfeat:kind" and so on).
+struct DenoiseContract {
+    /// `hidden`: one graph from the samples of a tile to hidden features of every sample.
+    /// `layered`: a graph that sums samples up by class, pixel by pixel, and one from these sums to
+    /// hidden features of the classes.
+    enum class Kind : std::uint8_t { kHidden, kLayered };
+    Kind kind = Kind::kHidden;
+    std::string features;              ///< gbuffer, paths or extended
+    std::vector<std::string> channels; ///< of a sample, in the network's order
+    int kernel = 1;
+    int unit = 1;           ///< tiles begin at multiples of this
+    int receptiveField = 0; ///< pixels around one that can change it, without the splat
+    int classPlanes = 0;    ///< of a layered model: sums of a class
+    int workingFloats = 0;  ///< a pixel, at its largest, of a run; of `hidden`, a sample and pixel
+};
+
+/// A model that is ready to run. Any thread.
+class DenoiseModel {
+public:
+    /// `name` is an ONNX file, or the name of one that MBFeat comes with; empty is the default one.
+    /// Models are kept, so that the next frame opens nothing; a file that has changed is read anew.
+    static Result<std::shared_ptr<const DenoiseModel>> open(const std::string& name, int threads);
+
+    /// Names and files of the models that MBFeat comes with.
+    static std::vector<std::pair<std::string, std::string>> installed();
+
+    const std::string& file() const { return file_; }
+    const DenoiseContract& contract() const { return contract_; }
+    /// Runs whole tiles, on all threads.
+    const OnnxSession& graph() const { return *graph_; }
+    /// Of a layered model: sums up samples, one thread a run.
+    const OnnxSession& sampleGraph() const { return *sampleGraph_; }
+
+private:
+    DenoiseModel() = default;
+    static Result<std::shared_ptr<const DenoiseModel>> read(const std::string& file, int threads);
+    Status readContract();
+    Status checkGraphs() const;
+
+    std::string file_;
+    DenoiseContract contract_;
+    std::unique_ptr<OnnxSession> graph_, sampleGraph_;
+};
+
+inline constexpr int kPathClasses = 3; ///< of a layered model: direct, reflected, transmitted
+
+} // namespace mbfeat

@@ -1,0 +1,152 @@
+#include "denoise/pathSums.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace mbfeat {
+
+PathSums::PathSums(std::shared_ptr<const DenoiseModel> model, ChannelPlan plan, int width,
+                   int height, std::vector<std::size_t> lights)
+    : model_(std::move(model)),
+      plan_(std::move(plan)),
+      width_(width),
+      height_(height),
+      lights_(std::move(lights)),
+      planes_(static_cast<std::size_t>(model_->contract().classPlanes)) {
+    const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+    classes_.resize(pixels * kPathClasses * planes_);
+    light_.resize(pixels * kPathClasses * lightChannels());
+    counts_.resize(pixels);
+}
+
+std::size_t PathSums::bytes() const {
+    return (classes_.size() + light_.size()) * sizeof(float) +
+           counts_.size() * sizeof(std::uint32_t);
+}
+
+void PathSums::clear() {
+    std::fill(classes_.begin(), classes_.end(), 0.0F);
+    std::fill(light_.begin(), light_.end(), 0.0F);
+    std::fill(counts_.begin(), counts_.end(), 0U);
+    repaired_ = 0;
+}
+
+bool PathSums::hasFiniteLights(const float* path) const {
+    return std::all_of(lights_.begin(), lights_.end(), [&](std::size_t field) {
+        return std::isfinite(path[field]) && std::isfinite(path[field + 1]) &&
+               std::isfinite(path[field + 2]);
+    });
+}
+
+Status PathSums::add(const std::size_t* pixels, std::size_t pixelCount, std::size_t samples,
+                     const float* const* paths) {
+    std::vector<float> channels(samples * plan_.size() * pixelCount);
+    std::vector<float> shares(samples * pixelCount);
+    std::uint64_t repaired = 0;
+    for (std::size_t s = 0; s < samples; ++s) {
+        for (std::size_t i = 0; i < pixelCount; ++i) {
+            const float* const path = paths[i * samples + s];
+            float* const first = channels.data() + s * plan_.size() * pixelCount + i;
+            const bool usable = plan_.write(path, first, pixelCount) && hasFiniteLights(path);
+            shares[s * pixelCount + i] = usable ? 1.0F : 0.0F;
+            counts_[pixels[i]] += usable ? 1U : 0U;
+            repaired += usable ? 0 : 1;
+        }
+    }
+    repaired_.fetch_add(repaired, std::memory_order_relaxed);
+    const auto n = static_cast<std::int64_t>(samples);
+    const auto p = static_cast<std::int64_t>(pixelCount);
+    Result<OnnxSession::Outputs> outputs = model_->sampleGraph().run(
+        {{channels.data(), {n, static_cast<std::int64_t>(plan_.size()), 1, p}},
+         {shares.data(), {n, 1, 1, p}}});
+    if (!outputs) {
+        return outputs.error();
+    }
+    const TensorView& classes = outputs.value()[0];
+    const TensorView& mask = outputs.value()[1];
+    if (classes.size() != kPathClasses * planes_ * pixelCount ||
+        mask.size() != samples * kPathClasses * pixelCount) {
+        return Error{model_->file(), "its sample graph gives other sizes than its metadata says. "
+                                     "Export it anew."};
+    }
+    addClasses(pixels, pixelCount, classes);
+    addLight(pixels, pixelCount, samples, paths, shares.data(), mask);
+    return std::nullopt;
+}
+
+/// The network gives [class][plane][1][pixel].
+void PathSums::addClasses(const std::size_t* pixels, std::size_t pixelCount,
+                          const TensorView& classes) {
+    const std::size_t all = kPathClasses * planes_;
+    constexpr std::size_t kBlock = 16; // a cache line of each plane
+    for (std::size_t begin = 0; begin < pixelCount; begin += kBlock) {
+        const std::size_t end = std::min(begin + kBlock, pixelCount);
+        for (std::size_t plane = 0; plane < all; ++plane) {
+            const float* const from = classes.data + plane * pixelCount;
+            for (std::size_t i = begin; i < end; ++i) {
+                classes_[pixels[i] * all + plane] += from[i];
+            }
+        }
+    }
+}
+
+/// Masks are [sample][class][1][pixel].
+void PathSums::addLight(const std::size_t* pixels, std::size_t pixelCount, std::size_t samples,
+                        const float* const* paths, const float* shares, const TensorView& mask) {
+    for (std::size_t i = 0; i < pixelCount; ++i) {
+        float* const all = light_.data() + pixels[i] * kPathClasses * lightChannels();
+        for (std::size_t s = 0; s < samples; ++s) {
+            for (std::size_t c = 0; c < kPathClasses; ++c) {
+                const float weight =
+                    mask.data[(s * kPathClasses + c) * pixelCount + i] * shares[s * pixelCount + i];
+                if (weight == 0.0F) {
+                    continue;
+                }
+                const float* const path = paths[i * samples + s];
+                float* to = all + c * lightChannels();
+                for (const std::size_t field : lights_) {
+                    for (std::size_t k = 0; k < 3; ++k) {
+                        *to++ += weight * path[field + k];
+                    }
+                }
+            }
+        }
+    }
+}
+
+void PathSums::means(int x0, int y0, int x1, int y1, std::vector<float>& classes,
+                     std::vector<float>& light) const {
+    const auto columns = static_cast<std::size_t>(x1 - x0);
+    const std::size_t area = columns * static_cast<std::size_t>(y1 - y0);
+    const std::size_t planes = kPathClasses * planes_;
+    const std::size_t lights = kPathClasses * lightChannels();
+    classes.assign(planes * area, 0.0F);
+    light.assign(lights * area, 0.0F);
+    std::size_t i = 0;
+    for (int y = y0; y < y1; ++y) {
+        for (int x = x0; x < x1; ++x, ++i) {
+            const std::size_t pixel =
+                static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
+                static_cast<std::size_t>(x);
+            if (counts_[pixel] == 0) {
+                continue;
+            }
+            const float scale = 1.0F / static_cast<float>(counts_[pixel]);
+            const float* const c = classes_.data() + pixel * planes;
+            for (std::size_t p = 0; p < planes; ++p) {
+                classes[p * area + i] = c[p] * scale;
+            }
+            const float* const l = light_.data() + pixel * lights;
+            for (std::size_t p = 0; p < lights; ++p) {
+                light[p * area + i] = l[p] * scale;
+            }
+        }
+    }
+}
+
+std::uint64_t PathSums::emptyPixels() const {
+    return static_cast<std::uint64_t>(std::count(counts_.begin(), counts_.end(), 0U));
+}
+
+} // namespace mbfeat

@@ -1,0 +1,63 @@
+// What a layered network keeps of an image's paths: sums over the paths of a pixel, by class. They
+// take the same memory for any number of samples, and can be added to while the image renders.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "denoise/channels.h"
+#include "denoise/model.h"
+
+namespace mbfeat {
+
+class PathSums {
+public:
+    /// For an image of that size, of a layered model. `lights` are the
+    /// first fields of the colours to reconstruct.
+    PathSums(std::shared_ptr<const DenoiseModel> model, ChannelPlan plan, int width, int height,
+             std::vector<std::size_t> lights);
+
+    /// Adds `samples` paths of each of some pixels, paths[pixel * samples + sample]. Different
+    /// threads may add to different pixels at once; a pixel's paths are added in order. Paths that
+    /// are not finite are counted and left out.
+    Status add(const std::size_t* pixels, std::size_t pixelCount, std::size_t samples,
+               const float* const* paths);
+    /// Forgets all paths.
+    void clear();
+
+    int width() const { return width_; }
+    int height() const { return height_; }
+    std::size_t lightChannels() const { return 3 * lights_.size(); }
+    std::size_t planes() const { return planes_; } ///< of a class
+    const DenoiseModel& model() const { return *model_; }
+    std::uint64_t repaired() const { return repaired_; }
+    std::size_t bytes() const;
+
+    /// Means over a pixel's usable paths, 0 where it has none: planes [class][plane] and lights
+    /// [class][light][3] of an area, row-major.
+    void means(int x0, int y0, int x1, int y1, std::vector<float>& classes,
+               std::vector<float>& light) const;
+    /// Pixels without a usable path.
+    std::uint64_t emptyPixels() const;
+
+private:
+    void addClasses(const std::size_t* pixels, std::size_t pixelCount, const TensorView& classes);
+    void addLight(const std::size_t* pixels, std::size_t pixelCount, std::size_t samples,
+                  const float* const* paths, const float* shares, const TensorView& mask);
+    bool hasFiniteLights(const float* path) const;
+
+    std::shared_ptr<const DenoiseModel> model_;
+    ChannelPlan plan_;
+    int width_, height_;
+    std::vector<std::size_t> lights_;
+    std::size_t planes_ = 0;
+    // A pixel's numbers lie side by side: it is added to as a whole.
+    std::vector<float> classes_;        ///< [pixel][class][plane]
+    std::vector<float> light_;          ///< [pixel][class][light]
+    std::vector<std::uint32_t> counts_; ///< usable paths
+    std::atomic<std::uint64_t> repaired_{0};
+};
+
+} // namespace mbfeat

@@ -1,0 +1,50 @@
+// Kernel splatting, the network's last layer included: every unit (a sample, or a class of samples)
+// spreads its light over the pixels around it.
+//
+// A unit's logits at a pixel are weight x hidden + bias, k x k of them. Tap (j, i) belongs to the
+// pixel r - j rows and r - i columns further, r = k / 2. A pixel is the mean of all that reaches
+// it, weighted by the softmax of the logits over units and taps (Gharbi et al. 2019, "Sample-based
+// Monte Carlo Denoising using a Kernel-Splatting Network", equation 3). The logits of a whole image
+// never exist: they are made where they are used. Each pixel carries the largest logit so far and
+// its sums are scaled down when a later one exceeds it, so that no logit can overflow.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+namespace mbfeat {
+
+class ThreadPool;
+
+/// Arrays are of the caller, row-major, float32.
+struct SplatInput {
+    int units = 0, channels = 0, lights = 0; ///< hidden channels; values that are spread
+    int width = 0, height = 0;
+    int kernel = 1;                ///< k, odd
+    const float* hidden = nullptr; ///< [units][channels][height][width]
+    const float* light = nullptr;  ///< [units][lights][height][width]
+    const float* weight = nullptr; ///< [k k][channels]
+    const float* bias = nullptr;   ///< [k k]
+    const float* presence =
+        nullptr;        ///< [units][height][width], 0 where there is no unit; may be null
+    bool apart = false; ///< a softmax for each unit, and the images added
+};
+
+/// Part of an image, in pixels.
+struct SplatTile {
+    int x0, y0, x1, y1;
+};
+
+enum class SplatLanes : std::uint8_t { kScalar, kNarrow, kWide };
+
+/// The widest lanes that this processor and build have.
+SplatLanes widestSplatLanes();
+
+/// Writes the area's pixels of `out` [lights][height][width]; 0 where nothing arrives. Tiles are
+/// shared among the pool's threads: a pixel is computed by one thread, from its inputs in a fixed
+/// order, so that the result depends neither on threads nor on tiles. Lanes agree to rounding.
+/// False when `stop` (may be null) ended it.
+bool splat(const SplatInput& input, const SplatTile& area, float* out, ThreadPool& pool,
+           const std::atomic<bool>* stop, SplatLanes lanes);
+
+} // namespace mbfeat
