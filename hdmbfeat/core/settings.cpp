@@ -25,9 +25,10 @@ constexpr std::string_view kEnvironmentPrefix = "MBFEAT_";
 constexpr double kLargestInteger = 9007199254740991.0;
 
 // Variables of that prefix that say where things lie; they are no settings.
-constexpr std::array<std::string_view, 9> kOtherVariables = {
-    "MBFEAT_USD_ROOT",  "MBFEAT_OCIO_DIR", "MBFEAT_OCIO_CONFIG", "MBFEAT_BUILD_DIR",  "MBFEAT_PXR",
-    "MBFEAT_BPY_WHEEL", "MBFEAT_PYTHON",   "MBFEAT_ARCH",        "MBFEAT_SKIP_BUILD",
+constexpr std::array<std::string_view, 10> kOtherVariables = {
+    "MBFEAT_USD_ROOT",   "MBFEAT_OCIO_DIR",    "MBFEAT_OCIO_CONFIG", "MBFEAT_BUILD_DIR",
+    "MBFEAT_PXR",        "MBFEAT_BPY_WHEEL",   "MBFEAT_PYTHON",      "MBFEAT_ARCH",
+    "MBFEAT_SKIP_BUILD", "MBFEAT_ONNXRUNTIME",
 };
 
 SettingDescriptor makeInteger(std::string name, std::string label, std::int64_t defaultValue,
@@ -100,37 +101,47 @@ std::vector<SettingDescriptor> makeSettingTable() {
 }
 
 std::vector<SettingDescriptor> makeDenoiseSettingTable() {
+    const DenoiseSettings defaults;
     SettingDescriptor model =
-        makeText("mbfeat:denoise:model", "Model", "", {},
-                 "ONNX file with the trained network; empty is the one that MBFeat comes with.");
+        makeText("mbfeat:denoise:model", "Model", defaults.model, {},
+                 "ONNX file with the trained network, or the name of one that MBFeat comes with; "
+                 "empty is its default one.");
     model.isAsset = true;
     return {
-        makeSwitch("mbfeat:denoise:enabled", "Denoise", true,
-                   "Whether the image is reconstructed by the network."),
+        makeSwitch("mbfeat:denoise:enabled", "Denoise", defaults.enabled,
+                   "Whether the image is reconstructed by the network. A RenderPass of passType "
+                   "denoise switches it on, unless its own mbfeat:denoise:enabled is false."),
         std::move(model),
         makeText("mbfeat:denoise:features", "Features", "auto",
                  {"auto", "none", "firstHit", "multiBounce"},
                  "Path features given to the network: `auto` is what it was trained with, `none` "
                  "the radiance alone, `firstHit` those of vertex 0, `multiBounce` those of all "
                  "six vertices."),
-        makeInteger("mbfeat:denoise:tile", "Tile", 0, 0, 16384,
-                    "Side of the tiles that are reconstructed at a time, in pixels; 0 chooses it "
-                    "from the memory there is."),
+        makeInteger("mbfeat:denoise:tile", "Tile", defaults.tile, 0, 16384,
+                    "Side of the tiles that are reconstructed at a time, in pixels; 0 fits them to "
+                    "mbfeat:denoise:memory. The image does not depend on it."),
+        makeReal("mbfeat:denoise:memory", "Denoise memory", defaults.memory, 0.015625, 65536.0,
+                 "Memory that the network may take at a time, in GiB."),
     };
 }
 
 const SettingDescriptor* findSetting(std::string_view name) {
-    const std::vector<SettingDescriptor>& table = settingTable();
-    const auto found = std::find_if(table.begin(), table.end(),
-                                    [&](const SettingDescriptor& d) { return d.name == name; });
-    return found == table.end() ? nullptr : &*found;
+    for (const std::vector<SettingDescriptor>* table : {&settingTable(), &denoiseSettingTable()}) {
+        const auto found = std::find_if(table->begin(), table->end(),
+                                        [&](const SettingDescriptor& d) { return d.name == name; });
+        if (found != table->end()) {
+            return &*found;
+        }
+    }
+    return nullptr;
 }
 
 std::vector<std::string> settingNames() {
     std::vector<std::string> names;
-    names.reserve(settingTable().size());
-    for (const SettingDescriptor& descriptor : settingTable()) {
-        names.push_back(descriptor.name);
+    for (const std::vector<SettingDescriptor>* table : {&settingTable(), &denoiseSettingTable()}) {
+        for (const SettingDescriptor& descriptor : *table) {
+            names.push_back(descriptor.name);
+        }
     }
     return names;
 }
@@ -355,9 +366,9 @@ std::vector<Error> Settings::readEnvironment() {
     clear(SettingSource::kEnvironment);
     std::map<std::string, std::string> names; // of settings, by variable
     std::vector<std::string> variables;
-    for (const SettingDescriptor& descriptor : settingTable()) {
-        variables.push_back(settingEnvironmentName(descriptor.name));
-        names[variables.back()] = descriptor.name;
+    for (const std::string& name : settingNames()) {
+        variables.push_back(settingEnvironmentName(name));
+        names[variables.back()] = name;
     }
     std::vector<Error> errors;
     for (char** entry = environ; entry != nullptr && *entry != nullptr; ++entry) {
@@ -405,9 +416,14 @@ SettingSource Settings::source(const std::string& name) const {
 
 std::vector<Settings::Resolved> Settings::resolved() const {
     std::vector<Resolved> result;
-    result.reserve(settingTable().size());
-    for (const SettingDescriptor& descriptor : settingTable()) {
-        result.push_back({descriptor.name, value(descriptor.name), source(descriptor.name)});
+    const auto add = [&](const std::vector<SettingDescriptor>& table) {
+        for (const SettingDescriptor& descriptor : table) {
+            result.push_back({descriptor.name, value(descriptor.name), source(descriptor.name)});
+        }
+    };
+    add(settingTable());
+    if (get<bool>(*this, "mbfeat:denoise:enabled")) {
+        add(denoiseSettingTable());
     }
     return result;
 }
@@ -467,6 +483,11 @@ RenderOptions resolveOptions(const Settings& settings) {
     options.robust = get<bool>(settings, "mbfeat:robust");
     options.kernel = getEnum<Kernel>(settings, "mbfeat:kernel");
     options.tileSize = getInt(settings, "mbfeat:tileSize");
+    options.denoise.enabled = get<bool>(settings, "mbfeat:denoise:enabled");
+    options.denoise.model = get<std::string>(settings, "mbfeat:denoise:model");
+    options.denoise.features = getEnum<DenoiseFeatures>(settings, "mbfeat:denoise:features");
+    options.denoise.tile = getInt(settings, "mbfeat:denoise:tile");
+    options.denoise.memory = get<double>(settings, "mbfeat:denoise:memory");
     options.viewAov = get<std::string>(settings, "mbfeat:viewAov");
     options.onError = getEnum<OnError>(settings, "mbfeat:onError");
     options.pathSampleMemory = get<double>(settings, "mbfeat:pathSampleMemory");

@@ -34,8 +34,8 @@ struct SettingDescriptor {
 /// What a render is told, RenderOptions below.
 const std::vector<SettingDescriptor>& settingTable();
 
-/// What a denoise pass is told (`mbfeat:denoise:*`), on a RenderPass or RenderSettings prim. These
-/// are not settings of a render: Settings below does not take them.
+/// What the denoiser is told (`mbfeat:denoise:*`), on a RenderPass or RenderSettings prim, or like
+/// any other setting.
 const std::vector<SettingDescriptor>& denoiseSettingTable();
 
 /// "MBFEAT_SAMPLES_PER_PIXEL" for "mbfeat:samplesPerPixel".
@@ -60,7 +60,7 @@ public:
         SettingValue value;
         SettingSource source;
     };
-    /// All settings in table order, for headers and reports.
+    /// All settings in table order, those of the denoiser where it is on, for headers and reports.
     std::vector<Resolved> resolved() const;
 
 private:
@@ -74,6 +74,17 @@ enum class PixelFilter : std::uint8_t { kBox, kTriangle, kGaussian, kBlackmanHar
 enum class OnError : std::uint8_t { kWarn, kAbort };
 /// Implementations of the integrator. All give the same image.
 enum class Kernel : std::uint8_t { kAuto, kScalar, kAvx2, kAvx512 };
+
+/// Which features of paths the denoiser's network is shown.
+enum class DenoiseFeatures : std::uint8_t { kAuto, kNone, kFirstHit, kMultiBounce };
+
+struct DenoiseSettings {
+    bool enabled = false;
+    std::string model; ///< a file, or the name of one that MBFeat comes with; empty: the default
+    DenoiseFeatures features = DenoiseFeatures::kAuto;
+    int tile = 0;        ///< pixels on a side; 0: from `memory`
+    double memory = 1.0; ///< GiB
+};
 
 /// The resolved settings with C++ types, as the renderer wants them.
 struct RenderOptions {
@@ -92,6 +103,7 @@ struct RenderOptions {
     std::string viewAov; ///< AOV shown as `color`; empty: the image itself
     OnError onError = OnError::kWarn;
     double pathSampleMemory = 4.0; ///< GiB that per-path samples may take
+    DenoiseSettings denoise;
 };
 
 RenderOptions resolveOptions(const Settings& settings);

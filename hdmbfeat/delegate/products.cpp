@@ -268,6 +268,13 @@ std::shared_ptr<Film> createFilm(ProductView& view, std::size_t pathSampleLimit,
         if (film) {
             return film.value();
         }
+        if (view.film.denoise) {
+            // Rather the raw image than none.
+            plan.errors.push_back(
+                {film.error().subject, film.error().text + " The image stays as it is rendered."});
+            view.film.denoise = nullptr;
+            continue;
+        }
         drop(film.error(), view.film.keepPathSamples);
         view.film.keepPathSamples = view.film.extendedPathSamples = false;
     }

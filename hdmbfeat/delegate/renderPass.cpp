@@ -13,6 +13,7 @@
 #include "delegate/tokens.h"
 #include "delegate/viewport.h"
 #include "film/aovTable.h"
+#include "film/filmDenoiser.h"
 #include "pxr/imaging/hd/renderIndex.h"
 #include "pxr/imaging/hd/utils.h"
 
@@ -40,6 +41,32 @@ void fillWithClearValue(RenderBuffer& buffer, const std::string& aovName) {
     const float clear = aov ? aov->clearValue : 0.0F;
     const float value[4] = {clear, clear, clear, clear};
     buffer.fill(value);
+}
+
+void report(const Error& error, RenderJob& job, JobResult& result) {
+    const Error told{error.subject, error.text + " The image stays as it is rendered."};
+    job.messages->error(told.subject, told.text);
+    result.errors.push_back(told);
+}
+
+/// The denoiser of a view; null where it is off, or with an error where it cannot be had.
+std::shared_ptr<const FilmDenoise> denoiseOf(const RenderOptions& options, const Camera& camera,
+                                             RenderJob& job, JobResult& result) {
+    if (!options.denoise.enabled) {
+        return nullptr;
+    }
+    if (options.pixelFilter == PixelFilter::kMitchell) {
+        job.messages->warn("mbfeat:pixelFilter",
+                           "the denoiser knows no filter with negative lobes; its image is that of "
+                           "a filter without weights. Set another filter, such as box.");
+    }
+    Result<std::shared_ptr<const FilmDenoise>> denoise =
+        prepareDenoise(options.denoise, options.threads, camera);
+    if (!denoise) {
+        report(denoise.error(), job, result);
+        return nullptr;
+    }
+    return denoise.value();
 }
 
 std::size_t pathSampleBytes(const RenderOptions& options) {
@@ -216,7 +243,14 @@ void RenderPass::addViewportView(const HdRenderPassState& state, const std::vect
             request.aovs.push_back(target.aov);
         }
     }
+    request.cameraToWorld = viewport.camera.toWorld;
+    request.denoise = denoiseOf(job.options, viewport.camera, job, result);
     Result<std::shared_ptr<Film>> film = Film::create(request, pathSampleBytes(job.options));
+    if (!film && request.denoise) {
+        report(film.error(), job, result);
+        request.denoise = nullptr;
+        film = Film::create(request, pathSampleBytes(job.options));
+    }
     if (!film) {
         job.messages->error(film.error().subject, film.error().text);
         result.errors.push_back(film.error());
@@ -233,6 +267,8 @@ void RenderPass::addProductViews(const HdRenderPassState& state, const RenderSet
     ProductPlan plan = planProducts(products.GetRenderProducts(), *GetRenderIndex(), job.options,
                                     state.GetEnableExposureCompensation(), *job.messages);
     for (ProductView& view : plan.views) {
+        view.film.cameraToWorld = view.camera.toWorld;
+        view.film.denoise = denoiseOf(job.options, view.camera, job, result);
         if (const std::shared_ptr<Film> film =
                 createFilm(view, pathSampleBytes(job.options), plan)) {
             job.views.push_back({view.camera, film, view.cameraPath, 0});
@@ -241,8 +277,8 @@ void RenderPass::addProductViews(const HdRenderPassState& state, const RenderSet
     }
     for (const Error& error : plan.errors) {
         job.messages->error(error.subject, error.text);
+        result.errors.push_back(error);
     }
-    result.errors = std::move(plan.errors);
     result.staleFiles = std::move(plan.staleFiles);
     if (!job.views.empty()) {
         film_ = job.views.front().film;

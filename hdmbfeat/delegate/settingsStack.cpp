@@ -12,7 +12,6 @@ namespace mbfeat {
 namespace {
 
 constexpr const char* kPrefix = "mbfeat:";
-constexpr const char* kDenoisePrefix = "mbfeat:denoise:";
 
 bool startsWith(const std::string& text, const char* prefix) {
     return text.rfind(prefix, 0) == 0;
@@ -83,9 +82,6 @@ void SettingsStack::setFromPrim(const std::string& primPath, const VtDictionary&
     settings_.clear(SettingSource::kPrim);
     for (const auto& [name, value] : found) {
         const std::optional<SettingValue> setting = asSetting(value);
-        if (startsWith(name, kDenoisePrefix)) {
-            continue; // settings of the denoise pass, which reads them itself
-        }
         if (setting) {
             set(SettingSource::kPrim, primPath, name, *setting, primMessages_);
         } else {

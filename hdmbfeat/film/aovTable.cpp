@@ -51,7 +51,8 @@ AovDescriptor makeCount(std::string name, std::size_t recordOffset, std::string 
 
 void addStandard(std::vector<AovDescriptor>& table) {
     table.push_back(makeAov("color", {"R", "G", "B", "A"}, offsetof(PathRecord, radiance), 0,
-                            "Linear radiance in the rendering colour space, and alpha."));
+                            "Linear radiance in the rendering colour space, and alpha; "
+                            "reconstructed where mbfeat:denoise:enabled is on."));
     table.push_back(makeAov("alpha", {"A"}, offsetof(PathRecord, alpha), 0,
                             "Share of the pixel that is not background, 0 to 1."));
     table.push_back(makeNearest("depth", AovType::kFloat, kDistance, offsetof(PathRecord, depth),
@@ -74,6 +75,8 @@ void addStandard(std::vector<AovDescriptor>& table) {
                                 "Index of the authored face that was hit; -1 at the background."));
     table.push_back(makeAov("albedo", kRgb, offsetof(PathRecord, features), kRecordFeatures,
                             "Albedo of the first hit, 0 to 1: the same as mbfeat:albedo:0."));
+    table.push_back(makeAov("mbfeat:raw", {"R", "G", "B", "A"}, offsetof(PathRecord, radiance), 0,
+                            "The same as color, but never reconstructed by the denoiser."));
     AovDescriptor variance = makeAov("variance", kRgb, offsetof(PathRecord, radiance), 0,
                                      "Unbiased variance of the pixel's mean color; 0 with fewer "
                                      "than two samples.");

@@ -108,7 +108,7 @@ private:
 };
 
 Imf::Header deepHeader(const ProductSpec& product, const Film& film, const RenderReport& report) {
-    Imf::Header header = exrHeader(product, film.window(), report);
+    Imf::Header header = exrHeader(product, film, report);
     header.setType(Imf::DEEPSCANLINE);
     header.insert("maxSamplesPerPixel", Imf::IntAttribute(film.pathSampleCapacity()));
     for (const PathSampleField& field : film.pathSampleLayout()) {

@@ -11,6 +11,7 @@
 
 #include <ImfChromaticitiesAttribute.h>
 #include <ImfFloatAttribute.h>
+#include <ImfMatrixAttribute.h>
 #include <ImfStringAttribute.h>
 
 #include "film/json.h"
@@ -124,6 +125,23 @@ void addProductAttribute(Imf::Header& header, const std::string& authoredName,
     addTextAttribute(header, taken ? "product:" + authoredName : name, text);
 }
 
+/// For Imath's row vectors; the camera looks along -z, y is up.
+Imath::M44f worldToCamera(const AffineD& cameraToWorld) {
+    if (cameraToWorld.determinant() == 0.0) {
+        return {};
+    }
+    const AffineD inverse = cameraToWorld.inverse();
+    Imath::M44f matrix;
+    int row = 0;
+    for (const Double3& axis : {inverse.x, inverse.y, inverse.z, inverse.t}) {
+        matrix[row][0] = static_cast<float>(axis.x);
+        matrix[row][1] = static_cast<float>(axis.y);
+        matrix[row][2] = static_cast<float>(axis.z);
+        ++row;
+    }
+    return matrix;
+}
+
 } // namespace
 
 std::optional<Imf::Compression> exrCompression(const std::string& name, bool deep) {
@@ -165,8 +183,8 @@ void addTextAttribute(Imf::Header& header, const std::string& name, const std::s
     }
 }
 
-Imf::Header exrHeader(const ProductSpec& product, const ImageWindow& window,
-                      const RenderReport& report) {
+Imf::Header exrHeader(const ProductSpec& product, const Film& film, const RenderReport& report) {
+    const ImageWindow& window = film.window();
     const PixelRect& data = window.data;
     const Imath::Box2i displayWindow({0, 0}, {window.width - 1, window.height - 1});
     const Imath::Box2i dataWindow({data.x, data.y},
@@ -176,6 +194,9 @@ Imf::Header exrHeader(const ProductSpec& product, const ImageWindow& window,
     Imf::Header header(displayWindow, dataWindow, sane ? window.pixelAspectRatio : 1.0F);
     header.compression() =
         exrCompression(product.compression, product.deep).value_or(Imf::ZIPS_COMPRESSION);
+    if (film.cameraToWorld()) {
+        header.insert("worldToCamera", Imf::M44fAttribute(worldToCamera(*film.cameraToWorld())));
+    }
     for (const auto& [name, text] : report.headerAttributes()) {
         addTextAttribute(header, name, text);
     }

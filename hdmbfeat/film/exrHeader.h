@@ -16,9 +16,9 @@ std::optional<Imf::Compression> exrCompression(const std::string& name, bool dee
 /// The name of a compression, as in ProductSpec.
 std::string exrCompressionName(Imf::Compression compression);
 
-/// A header without channels: windows, compression, the report's attributes and the product's.
-Imf::Header exrHeader(const ProductSpec& product, const ImageWindow& window,
-                      const RenderReport& report);
+/// A header without channels: windows, camera, compression, the report's attributes and the
+/// product's.
+Imf::Header exrHeader(const ProductSpec& product, const Film& film, const RenderReport& report);
 
 /// Adds a text attribute: the name is cut to what EXR can hold, both are made valid UTF-8.
 void addTextAttribute(Imf::Header& header, const std::string& name, const std::string& text);

@@ -134,7 +134,7 @@ using Part = std::vector<LayerWriter*>;
 
 Imf::Header partHeader(const ProductSpec& product, const Film& film, const RenderReport& report,
                        const Part& part) {
-    Imf::Header header = exrHeader(product, film.window(), report);
+    Imf::Header header = exrHeader(product, film, report);
     header.setType(Imf::SCANLINEIMAGE);
     if (product.multiPart) {
         header.setName(part.front()->layer.name);

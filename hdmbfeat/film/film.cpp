@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <mutex>
 #include <new>
 #include <optional>
 #include <string_view>
@@ -13,8 +14,10 @@
 
 #include <xsimd/xsimd.hpp>
 
+#include "film/filmDenoiser.h"
 #include "film/filmMemory.h"
 #include "film/filmStorage.h"
+#include "film/pathRow.h"
 #include "film/pixelCount.h"
 
 namespace mbfeat {
@@ -22,8 +25,6 @@ namespace mbfeat {
 namespace {
 
 constexpr std::string_view kPrimvarPrefix = "primvars:";
-constexpr int kFeatureFloats = kFeatureVertices * 9;
-static_assert(sizeof(PathRecord::features) == kFeatureFloats * sizeof(float));
 // The AOV color reads its alpha behind its radiance.
 static_assert(offsetof(PathRecord, alpha) == offsetof(PathRecord, radiance) + sizeof(Rgb));
 
@@ -69,6 +70,7 @@ std::int32_t toInt(float value) {
 
 struct Film::Impl {
     ImageWindow window;
+    std::optional<AffineD> cameraToWorld;
     std::vector<AovDescriptor> aovs;
     std::vector<int> slots; ///< per AOV the first accumulator: a sum of a mean, else a word
     std::vector<std::string> primvars;
@@ -89,8 +91,14 @@ struct Film::Impl {
     std::size_t capacity = 0; ///< kept paths a pixel; 0: none are kept
     std::optional<ZeroedArray<float>> samples;
 
+    std::unique_ptr<FilmDenoiser> denoiser; ///< null: nothing is denoised
+    // What it made, [aov][3][height][width]; null until then. Guarded by the mutex.
+    mutable std::mutex reconstructionMutex;
+    std::shared_ptr<const std::vector<float>> reconstruction;
+
     explicit Impl(const FilmRequest& request);
     void bind(const std::string& name);
+    bool adoptDenoiser(const FilmRequest& request);
     void layOut();
     void allocate();
 
@@ -137,9 +145,14 @@ struct Film::Impl {
     void resolvePixel(int aovIndex, const PixelValues& pixel, T* out) const;
     template <class T>
     void resolveAll(int aovIndex, T* out) const;
+    template <class T>
+    void replaceReconstructed(int aovIndex, std::size_t firstPixel, std::size_t pixels,
+                              T* out) const;
 };
 
-Film::Impl::Impl(const FilmRequest& request) : window(request.window) {
+Film::Impl::Impl(const FilmRequest& request)
+    : window(request.window),
+      cameraToWorld(request.cameraToWorld) {
     bind("color");
     for (const std::string& name : request.aovs) {
         bind(name);
@@ -148,14 +161,30 @@ Film::Impl::Impl(const FilmRequest& request) : window(request.window) {
         flags |= aov.recordFlags;
     }
     layOut();
-    if (request.keepPathSamples && request.samplesPerPixel > 0) {
-        extendedSamples = request.extendedPathSamples;
+    const bool keepsForDenoiser = adoptDenoiser(request);
+    if ((request.keepPathSamples || keepsForDenoiser) && request.samplesPerPixel > 0) {
+        extendedSamples = request.extendedPathSamples || keepsForDenoiser;
         capacity = static_cast<std::size_t>(request.samplesPerPixel);
         layout = pathSampleFields(extendedSamples);
         flags |= kRecordFeatures | kRecordFirstHit;
         flags |= extendedSamples ? kRecordExtended : 0U;
     }
     allocate();
+}
+
+/// True where it needs kept paths. What it cannot be made for was reported by Film::create().
+bool Film::Impl::adoptDenoiser(const FilmRequest& request) {
+    if (!request.denoise) {
+        return false;
+    }
+    Result<std::unique_ptr<FilmDenoiser>> made =
+        FilmDenoiser::make(request.denoise, request.window, request.aovs);
+    if (!made) {
+        return false;
+    }
+    denoiser = std::move(made.value());
+    flags |= denoiser->recordFlags();
+    return denoiser->keepsPaths();
 }
 
 void Film::Impl::bind(const std::string& name) {
@@ -233,6 +262,10 @@ const ImageWindow& Film::window() const {
     return impl_->window;
 }
 
+const std::optional<AffineD>& Film::cameraToWorld() const {
+    return impl_->cameraToWorld;
+}
+
 std::uint32_t Film::recordFlags() const {
     return impl_->flags;
 }
@@ -266,28 +299,8 @@ void Film::Impl::addNearest(std::uint32_t* pixelWords, bool first, const PathRec
 
 /// Stores the path in the order of pathSampleFields().
 void Film::Impl::keep(std::size_t pixel, std::uint32_t index, const PathRecord& record) {
-    float* out = samples->data() + (pixel * capacity + index) * layout.size();
-    *out++ = record.radiance.x;
-    *out++ = record.radiance.y;
-    *out++ = record.radiance.z;
-    *out++ = record.alpha;
-    *out++ = record.distance;
-    *out++ = record.subpixel.x;
-    *out++ = record.subpixel.y;
-    *out++ = static_cast<float>(record.validMask());
-    std::memcpy(out, &record.features, sizeof(record.features));
-    out += kFeatureFloats;
-    if (!extendedSamples) {
-        return;
-    }
-    for (const VertexExtended& vertex : record.extended) {
-        *out++ = vertex.roughness;
-        *out++ = vertex.distance;
-        *out++ = vertex.throughput.x;
-        *out++ = vertex.throughput.y;
-        *out++ = vertex.throughput.z;
-        *out++ = static_cast<float>(vertex.event);
-    }
+    writePathRow(record, extendedSamples,
+                 samples->data() + (pixel * capacity + index) * layout.size());
 }
 
 void Film::add(int x, int y, const PathRecord* records, int recordCount) {
@@ -351,8 +364,56 @@ void Film::Impl::addOthers(std::size_t pixel, std::uint32_t count, const PathRec
     }
 }
 
+void Film::addToDenoiser(const PixelSample* batch, const PathRecord* records, int count) {
+    if (impl_->denoiser) {
+        impl_->denoiser->add(batch, records, count);
+    }
+}
+
+const FilmDenoiser* Film::denoiser() const {
+    return impl_->denoiser.get();
+}
+
+Status Film::reconstruct(const std::atomic<bool>* stop) {
+    Impl& impl = *impl_;
+    if (!impl.denoiser) {
+        return std::nullopt;
+    }
+    PathSamples kept;
+    kept.width = impl.window.data.width;
+    kept.height = impl.window.data.height;
+    if (impl.denoiser->keepsPaths()) {
+        kept.capacity = pathSampleCapacity();
+        kept.data = pathSamples();
+        for (const PathSampleField& field : impl.layout) {
+            kept.fields.push_back(field.name);
+        }
+        for (std::size_t pixel = 0; pixel < impl.pixelCount(); ++pixel) {
+            kept.counts.push_back(std::min(impl.counts->data()[pixel].load(),
+                                           static_cast<std::uint32_t>(impl.capacity)));
+        }
+    }
+    Result<DenoiseResult> result = impl.denoiser->reconstruct(std::move(kept), stop);
+    if (!result) {
+        return result.error();
+    }
+    if (!result.value().stopped) {
+        auto image = std::make_shared<const std::vector<float>>(std::move(result.value().image));
+        const std::lock_guard lock(impl.reconstructionMutex);
+        impl.reconstruction = std::move(image);
+    }
+    return std::nullopt;
+}
+
 void Film::clear() {
     Impl& impl = *impl_;
+    {
+        const std::lock_guard lock(impl.reconstructionMutex);
+        impl.reconstruction.reset();
+    }
+    if (impl.denoiser) {
+        impl.denoiser->clear();
+    }
     const std::size_t block = impl.capacity * impl.layout.size();
     for (std::size_t pixel = 0; pixel < impl.pixelCount(); ++pixel) {
         const PixelCount& count = impl.counts->data()[pixel];
@@ -441,9 +502,41 @@ void Film::Impl::resolvePixel(int aovIndex, const PixelValues& pixel, T* out) co
 template <class T>
 void Film::Impl::resolveAll(int aovIndex, T* out) const {
     const int width = aovs[static_cast<std::size_t>(aovIndex)].width();
-    for (std::size_t pixel = 0; pixel < pixelCount(); ++pixel, out += width) {
+    T* to = out;
+    for (std::size_t pixel = 0; pixel < pixelCount(); ++pixel, to += width) {
         const HeldPixel held(counts->data()[pixel]);
-        resolvePixel(aovIndex, {held.count(), sumsOf(pixel), wordsOf(pixel)}, out);
+        resolvePixel(aovIndex, {held.count(), sumsOf(pixel), wordsOf(pixel)}, to);
+    }
+    replaceReconstructed(aovIndex, 0, pixelCount(), out);
+}
+
+/// Colours of consecutive pixels that were reconstructed take the place of what they resolved to.
+template <class T>
+void Film::Impl::replaceReconstructed(int aovIndex, std::size_t firstPixel, std::size_t pixels,
+                                      T* out) const {
+    if constexpr (std::is_same_v<T, float>) {
+        if (!denoiser) {
+            return;
+        }
+        const AovDescriptor& aov = aovs[static_cast<std::size_t>(aovIndex)];
+        const std::vector<std::string>& names = denoiser->aovs();
+        const auto found = std::find(names.begin(), names.end(), aov.name);
+        std::shared_ptr<const std::vector<float>> image;
+        {
+            const std::lock_guard lock(reconstructionMutex);
+            image = reconstruction;
+        }
+        if (!image || found == names.end()) {
+            return;
+        }
+        const auto light = static_cast<std::size_t>(found - names.begin());
+        const auto width = static_cast<std::size_t>(aov.width());
+        for (std::size_t c = 0; c < 3; ++c) {
+            const float* const from = image->data() + (light * 3 + c) * pixelCount() + firstPixel;
+            for (std::size_t i = 0; i < pixels; ++i) {
+                out[i * width + c] = from[i];
+            }
+        }
     }
 }
 
@@ -454,6 +547,7 @@ FilmRow::FilmRow(const Film& film)
       words_(counts_.size() * static_cast<std::size_t>(film_.wordStride)) {}
 
 void FilmRow::read(int row) {
+    row_ = row;
     const auto sumStride = static_cast<std::size_t>(film_.sumStride);
     const auto wordStride = static_cast<std::size_t>(film_.wordStride);
     const std::size_t first = static_cast<std::size_t>(row) * counts_.size();
@@ -507,6 +601,8 @@ void FilmRow::resolve(int aovIndex, float* out) const {
     } else {
         resolveTo(aovIndex, out);
     }
+    film_.replaceReconstructed(aovIndex, static_cast<std::size_t>(row_) * counts_.size(),
+                               counts_.size(), out);
 }
 
 void FilmRow::resolveInt(int aovIndex, std::int32_t* out) const {
@@ -544,7 +640,8 @@ const std::vector<PathSampleField>& Film::pathSampleLayout() const {
 
 std::size_t Film::bytes() const {
     return impl_->accumulators.bytes() + impl_->counts->bytes() +
-           (impl_->samples ? impl_->samples->bytes() : 0);
+           (impl_->samples ? impl_->samples->bytes() : 0) +
+           (impl_->denoiser ? impl_->denoiser->bytes() : 0);
 }
 
 } // namespace mbfeat

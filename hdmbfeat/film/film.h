@@ -6,11 +6,14 @@
 // Kept paths are to be read after the render.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "core/affine.h"
 #include "core/diagnostics.h"
 #include "film/aovTable.h"
 #include "integrate/pathRecord.h"
@@ -28,12 +31,19 @@ struct PathSampleField {
 /// `extended` the extended set, both in the order of the AOV table.
 std::vector<PathSampleField> pathSampleFields(bool extended);
 
+struct FilmDenoise;
+class FilmDenoiser;
+struct PixelSample;
+
 struct FilmRequest {
     ImageWindow window;
     std::vector<std::string> aovs; ///< distinct, all known to findAov(); `color` is always kept
     bool keepPathSamples = false;
     bool extendedPathSamples = false;
-    int samplesPerPixel = 0; ///< capacity of the path sample store
+    int samplesPerPixel = 0;              ///< capacity of the path sample store
+    std::optional<AffineD> cameraToWorld; ///< for headers
+    /// Null: nothing is reconstructed.
+    std::shared_ptr<const FilmDenoise> denoise;
 };
 
 class Film {
@@ -54,6 +64,7 @@ public:
     const ImageWindow& window() const;
     /// RecordFlags that the bound AOVs and kept samples need.
     std::uint32_t recordFlags() const;
+    const std::optional<AffineD>& cameraToWorld() const;
     /// Primvar names behind primvars:* AOVs, in slot order of PathRecord::primvars.
     const std::vector<std::string>& primvars() const;
     const std::vector<AovDescriptor>& aovs() const; ///< bound ones; index 0 is `color`
@@ -62,6 +73,15 @@ public:
     /// a pixel are added in sample order, by one thread at a time.
     void add(int x, int y, const PathRecord* records, int count);
     void add(int x, int y, const PathRecord& record) { add(x, y, &record, 1); }
+    /// Gives the denoiser, if there is one, a batch that was added; as add() for threads. The paths
+    /// of a pixel lie side by side.
+    void addToDenoiser(const PixelSample* batch, const PathRecord* records, int count);
+    /// Reconstructs `color`, and what adds up to it, from all samples; from then on they resolve to
+    /// that. An error leaves them as they are; without a denoiser, or when `stop` ended it, they
+    /// are too. After the last add(), beside resolve().
+    Status reconstruct(const std::atomic<bool>* stop);
+    /// Null where nothing is denoised.
+    const FilmDenoiser* denoiser() const;
     /// Forgets all samples.
     void clear();
     /// Samples added to that pixel.
@@ -108,6 +128,7 @@ private:
     void resolveMeans(const AovDescriptor& aov, int slot, float* out) const;
 
     const Film::Impl& film_;
+    int row_ = 0; ///< the one that was read
     std::vector<std::uint32_t> counts_;
     std::vector<double> sums_;
     std::vector<std::uint32_t> words_;

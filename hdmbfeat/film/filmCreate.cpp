@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "film/film.h"
+#include "film/filmDenoiser.h"
 
 namespace mbfeat {
 
@@ -55,9 +56,18 @@ Result<std::shared_ptr<Film>> Film::create(const FilmRequest& request,
     // In double: the product of a hostile resolution and sample count overflows integers.
     const double pixels = static_cast<double>(request.window.data.width) *
                           static_cast<double>(request.window.data.height);
-    if (request.keepPathSamples) {
-        const auto fields =
-            static_cast<double>(pathSampleFields(request.extendedPathSamples).size());
+    bool keepsForDenoiser = false;
+    if (request.denoise) {
+        const Result<std::unique_ptr<FilmDenoiser>> denoiser =
+            FilmDenoiser::make(request.denoise, request.window, request.aovs);
+        if (!denoiser) {
+            return denoiser.error();
+        }
+        keepsForDenoiser = denoiser.value()->keepsPaths();
+    }
+    if (request.keepPathSamples || keepsForDenoiser) {
+        const auto fields = static_cast<double>(
+            pathSampleFields(request.extendedPathSamples || keepsForDenoiser).size());
         const double needed = pixels * request.samplesPerPixel * fields * sizeof(float);
         if (needed > static_cast<double>(pathSampleLimit)) {
             return Error{"mbfeat:pathSampleMemory",

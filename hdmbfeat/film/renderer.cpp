@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/parallel.h"
+#include "film/filmDenoiser.h"
 #include "film/filmMemory.h"
 #include "film/host.h"
 #include "film/progress.h"
@@ -175,6 +176,12 @@ struct Renderer::Impl {
         if (stopping.load()) {
             return;
         }
+        if (!interrupted()) {
+            reconstruct();
+            if (stopping.load()) {
+                return;
+            }
+        }
         finish(before);
     }
 
@@ -195,6 +202,39 @@ struct Renderer::Impl {
             report = std::move(finished);
         }
         converged = true;
+    }
+
+    /// Where a film cannot be reconstructed it keeps its raw image.
+    void reconstruct() {
+        const Clock::time_point start = Clock::now();
+        DenoiseTimes times;
+        bool any = false;
+        for (const RenderView& view : job.views) {
+            if (view.film->denoiser() == nullptr) {
+                continue;
+            }
+            any = true;
+            if (const Status problem = view.film->reconstruct(&stopping)) {
+                const std::string text = problem->text + " The image stays as it was rendered.";
+                job.messages->error(problem->subject, text);
+                const std::lock_guard lock(reportMutex);
+                report.errors.push_back(problem->subject + ": " + text);
+            }
+            const DenoiseTimes its = view.film->denoiser()->times();
+            times.recording += its.recording;
+            times.inference += its.inference;
+            times.splat += its.splat;
+        }
+        if (any) {
+            // It happened while sampling, by the same threads.
+            const std::lock_guard lock(reportMutex);
+            report.seconds.back().second -= times.recording;
+            report.seconds.emplace_back("feature recording", times.recording);
+            report.seconds.emplace_back("inference", times.inference);
+            report.seconds.emplace_back("splat", times.splat);
+            const double rest = secondsSince(start) - times.inference - times.splat;
+            report.seconds.emplace_back("tiles", std::max(rest, 0.0));
+        }
     }
 
     void renderView(RenderView& view) {
@@ -288,6 +328,7 @@ struct Renderer::Impl {
             }
             view.film->add(batch[i].x, batch[i].y, worker.tracer->records() + i, end - i);
         }
+        view.film->addToDenoiser(batch, worker.tracer->records(), count);
         samplesDone.fetch_add(static_cast<std::uint64_t>(count), std::memory_order_relaxed);
         worker.batch.clear();
         return true;

@@ -14,6 +14,7 @@
 #include "bindings.h"
 #include "core/parallel.h"
 #include "denoise/splat.h"
+#include "film/deepReader.h"
 
 namespace mbfeat {
 
@@ -89,6 +90,22 @@ nb::object denoisePaths(const ModelHandle& handle, const PathArray& paths,
     about["splat_seconds"] = found.splatSeconds;
     return nb::make_tuple(imageArray(std::move(found.image), paths.shape(0), paths.shape(1)),
                           about);
+}
+
+nb::object denoiseFile(const std::string& path, const std::string& model, DenoiseFeatures features,
+                       int threads, int tile, double memory, const std::vector<std::string>& aovs) {
+    DenoiseSettings settings;
+    settings.enabled = true;
+    settings.model = model;
+    settings.features = features;
+    settings.tile = tile;
+    settings.memory = memory;
+    Result<DenoisedFile> result = [&] {
+        const nb::gil_scoped_release release;
+        return denoiseDeepFile(path, settings, threads, aovs);
+    }();
+    DenoisedFile file = unwrap(std::move(result));
+    return nb::make_tuple(FilmHandle{file.film}, std::move(file.report));
 }
 
 nb::object splatArrays(const Array& hidden, const Array& light, const Array& weight,
@@ -187,6 +204,20 @@ void bindDenoise(nb::module_& module) {
                 "-> tuple[NDArray[numpy.float32], dict[str, float]]"),
         "Image [lights, 3, height, width] of paths float32 [height, width, samples, fields], and "
         "what it took.");
+    nb::enum_<DenoiseFeatures>(module, "DenoiseFeatures", "mbfeat:denoise:features.")
+        .value("AUTO", DenoiseFeatures::kAuto)
+        .value("NONE", DenoiseFeatures::kNone)
+        .value("FIRST_HIT", DenoiseFeatures::kFirstHit)
+        .value("MULTI_BOUNCE", DenoiseFeatures::kMultiBounce);
+    module.def(
+        "denoise_file", &denoiseFile, "path"_a, "model"_a = "",
+        "features"_a = DenoiseFeatures::kAuto, "threads"_a = 0, "tile"_a = 0, "memory"_a = 1.0,
+        "aovs"_a = std::vector<std::string>{},
+        nb::sig("def denoise_file(path: str, model: str = '', features: DenoiseFeatures = "
+                "DenoiseFeatures.AUTO, threads: int = 0, tile: int = 0, memory: float = 1.0, aovs: "
+                "list[str] = []) -> tuple[Film, RenderReport]"),
+        "Reconstructs from the paths of a deep product: the film, whose color is the result, and "
+        "what it took. Error when it cannot.");
     module.def(
         "splat", &splatArrays, "hidden"_a, "light"_a, "weight"_a, "bias"_a,
         "presence"_a = nb::none(), "apart"_a = false, "lanes"_a = SplatLanes::kWide,

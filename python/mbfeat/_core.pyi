@@ -9,6 +9,9 @@ from collections.abc import Sequence
 import enum
 from typing import Annotated
 
+import DenoiseFeatures
+import ShownFeatures
+import SplatLanes
 import numpy
 from numpy.typing import NDArray
 
@@ -616,3 +619,74 @@ def write_image(path: str, image: Annotated[NDArray[numpy.float32], dict(shape=(
 
 def image_extensions() -> str:
     """Extensions that write_image knows."""
+
+class ShownFeatures(enum.Enum):
+    """How much of paths a network is shown."""
+
+    ALL = 0
+
+    FIRST_HIT = 1
+
+    NONE = 2
+
+class SplatLanes(enum.Enum):
+    """What the splat is computed on."""
+
+    SCALAR = 0
+
+    NARROW = 1
+
+    WIDE = 2
+
+class DenoiseModel:
+    """A trained network that is ready to run."""
+
+    @staticmethod
+    def open(name: str = '', threads: int = 0) -> DenoiseModel:
+        """
+        An ONNX file, or the name of a model that MBFeat comes with; Error when it cannot be used.
+        """
+
+    @property
+    def file(self) -> str: ...
+
+    @property
+    def features(self) -> str: ...
+
+    @property
+    def channels(self) -> list[str]: ...
+
+    @property
+    def is_layered(self) -> bool: ...
+
+    @property
+    def training(self) -> str: ...
+
+def installed_models() -> list[tuple[str, str]]:
+    """Names and files of the models that MBFeat comes with."""
+
+def denoise_paths(model: DenoiseModel, paths: NDArray[numpy.float32], fields: list[str], world_to_camera: NDArray[numpy.float32], counts: NDArray[numpy.uint32] | None = None, shown: ShownFeatures = ShownFeatures.ALL, threads: int = 0, tile: int = 0, memory: float = 1.0, lights: list[str] = ['R']) -> tuple[NDArray[numpy.float32], dict[str, float]]:
+    """
+    Image [lights, 3, height, width] of paths float32 [height, width, samples, fields], and what it took.
+    """
+
+class DenoiseFeatures(enum.Enum):
+    """mbfeat:denoise:features."""
+
+    AUTO = 0
+
+    NONE = 1
+
+    FIRST_HIT = 2
+
+    MULTI_BOUNCE = 3
+
+def denoise_file(path: str, model: str = '', features: DenoiseFeatures = DenoiseFeatures.AUTO, threads: int = 0, tile: int = 0, memory: float = 1.0, aovs: list[str] = []) -> tuple[Film, RenderReport]:
+    """
+    Reconstructs from the paths of a deep product: the film, whose color is the result, and what it took. Error when it cannot.
+    """
+
+def splat(hidden: NDArray[numpy.float32], light: NDArray[numpy.float32], weight: NDArray[numpy.float32], bias: NDArray[numpy.float32], presence: NDArray[numpy.float32] | None = None, apart: bool = False, lanes: SplatLanes = SplatLanes.WIDE, threads: int = 0) -> NDArray[numpy.float32]:
+    """
+    Kernel splatting of hidden [units, channels, h, w] and light [units, lights, h, w] with weight [k k, channels] and bias [k k]: [lights, h, w].
+    """

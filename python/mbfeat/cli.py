@@ -23,6 +23,7 @@ def main(arguments: list[str] | None = None) -> int:
     _add_generated(commands)
     _add_bench(commands)
     _add_stability(commands)
+    _add_denoise(commands)
     options = parser.parse_args(arguments)
     try:
         return int(options.run(options))
@@ -110,6 +111,41 @@ def _add_bench(commands: Any) -> None:
         help="keep MBFeat's converged images after it was built anew",
     )
     command.set_defaults(run=_run_bench)
+
+
+def _add_denoise(commands: Any) -> None:
+    command = commands.add_parser(
+        "denoise",
+        help="reconstruct the image of a deep EXR file",
+        description="Reconstructs an image from the light paths of a deep product (productType "
+        "deepRaster), with a trained network. The extended set, which the default network needs, "
+        "is in the file when mbfeat:event:0 is among the product's AOVs.",
+    )
+    command.add_argument("source", type=Path, nargs="?", metavar="IN.exr")
+    command.add_argument("target", type=Path, nargs="?", metavar="OUT")
+    command.add_argument("--model", default="", help="an ONNX file or a name (default: best)")
+    command.add_argument(
+        "--features",
+        choices=["auto", "none", "firstHit", "multiBounce"],
+        default="auto",
+        help="what the network is shown of the paths (default: what it was trained with)",
+    )
+    command.add_argument("--raw", action="store_true", help="add the layer mbfeat:raw to an EXR")
+    command.add_argument("--preview", type=Path, help="write an image for people as well")
+    command.add_argument(
+        "--colorCorrectionMode",
+        choices=["disabled", "sRGB", "openColorIO"],
+        default="sRGB",
+        help="of images that are not EXR (default: sRGB)",
+    )
+    command.add_argument("--ocioConfig", default="", help="as of usdrecord")
+    command.add_argument("--ocioDisplay", default="", help="as of usdrecord")
+    command.add_argument("--ocioView", default="", help="as of usdrecord")
+    command.add_argument("--threads", type=int, default=0, help="default: all cores")
+    command.add_argument("--tile", type=int, default=0, help="pixels (default: from --memory)")
+    command.add_argument("--memory", type=float, default=1.0, help="GiB (default: 1)")
+    command.add_argument("--list", action="store_true", help="list the networks that there are")
+    command.set_defaults(run=_run_denoise)
 
 
 def _add_stability(commands: Any) -> None:
@@ -229,6 +265,44 @@ def _run_bench(options: argparse.Namespace) -> int:
     from peers.command import run
 
     return run(options)
+
+
+def _run_denoise(options: Any) -> int:
+    from mbfeat import denoise
+    from mbfeat.images import ColorCorrection
+
+    if options.list:
+        for model in denoise.models().values():
+            print(f"{model.name}: features {model.features}, {model.file}")
+        return 0
+    if options.source is None or options.target is None:
+        sys.stderr.write("mbfeat denoise: give IN.exr and OUT, or --list\n")
+        return 2
+    correction = ColorCorrection(
+        mode=options.colorCorrectionMode,
+        config=options.ocioConfig,
+        display=options.ocioDisplay,
+        view=options.ocioView,
+    )
+    try:
+        report = denoise.denoise(
+            options.source,
+            options.target,
+            model=options.model,
+            features=options.features,
+            threads=options.threads,
+            tile=options.tile,
+            memory=options.memory,
+            raw=options.raw,
+            preview=options.preview,
+            correction=correction,
+        )
+    except denoise.DenoiseError as error:
+        sys.stderr.write(f"mbfeat denoise: {error}\n")
+        return 1
+    phases = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in report.seconds)
+    print(f"{options.target}: {report.total_seconds:.2f} s ({phases})")
+    return 0
 
 
 def _run_stability(options: argparse.Namespace) -> int:

@@ -48,19 +48,15 @@ def _settings_page() -> str:
     lines += [_setting_row(setting) for setting in _core.setting_table()]
     lines += [
         "",
-        "## Denoise pass",
+        "## Denoiser",
         "",
-        "These are attributes of a RenderPass or RenderSettings prim, documented by the schema",
-        "`MBFeatDenoiseAPI`.",
+        "These are set like the others, see [denoising.md](denoising.md); as attributes also of a",
+        "RenderPass prim of passType `denoise`. The schema `MBFeatDenoiseAPI` documents them.",
         "",
-        "| setting | type | default | meaning |",
-        "|---|---|---|---|",
+        "| setting | type | default | environment | meaning |",
+        "|---|---|---|---|---|",
     ]
-    for setting in _core.denoise_setting_table():
-        lines.append(
-            f"| `{setting.name}` | {_type(setting)} | {_default(setting)} "
-            f"| {schema.documentation(setting)} |"
-        )
+    lines += [_setting_row(setting) for setting in _core.denoise_setting_table()]
     return "\n".join(lines) + "\n"
 
 

@@ -16,6 +16,7 @@ from mbfeat.diagnostics import OpenUsdMessages, complain, tf_messages
 from mbfeat.runtime import RuntimeMissingError, use_runtime
 
 INTERRUPTED = 130
+DENOISE_ENABLED = "mbfeat:denoise:enabled"
 
 
 class StageError(Exception):
@@ -122,7 +123,14 @@ def _make_recording(stage: Any, camera: Any, settings_path: str, options: Any) -
 
     style = _core.ProgressStyle.BAR if sys.stderr.isatty() else _core.ProgressStyle.LINES
     _core.Host.set_progress_style(_core.ProgressStyle.NONE if options.quiet else style)
-    _core.Host.set_overrides(options.overrides)
+    # Of the pass first, so that the command line's come over them; those of the environment stay.
+    variables = {s.name: s.environment for s in _core.denoise_setting_table()}
+    of_pass = [
+        (name, text)
+        for name, text in denoise_settings(stage, options.rpPrimPath)
+        if variables[name] not in os.environ
+    ]
+    _core.Host.set_overrides([*of_pass, *options.overrides])
     layer = stage.GetRootLayer()
     _core.Host.set_stage(layer.realPath or layer.identifier)
 
@@ -235,6 +243,36 @@ def find_settings(stage: Any, pass_path: str | None, settings_path: str | None) 
             raise StageError(f"there is no RenderSettings <{settings_path}> on the stage")
         return settings_path
     return str(stage.GetMetadata("renderSettingsPrimPath") or "")
+
+
+def denoise_settings(stage: Any, pass_path: str | None) -> list[tuple[str, str]]:
+    """What a RenderPass of passType denoise says of the denoiser, as settings; else nothing.
+
+    It switches the denoiser on unless it says otherwise. What it does not say is up to the render
+    settings.
+    """
+    from pxr import Sdf, UsdRender
+
+    from mbfeat import _core
+
+    render_pass = UsdRender.Pass(stage.GetPrimAtPath(pass_path)) if pass_path else None
+    if not render_pass or render_pass.GetPassTypeAttr().Get() != "denoise":
+        return []
+    found = {DENOISE_ENABLED: "true"}
+    for setting in _core.denoise_setting_table():
+        attribute = render_pass.GetPrim().GetAttribute(setting.name)
+        value = attribute.Get() if attribute and attribute.HasAuthoredValue() else None
+        if value is None:
+            continue
+        if isinstance(value, Sdf.AssetPath):
+            value = value.resolvedPath or value.path
+        found[setting.name] = str(value).lower() if isinstance(value, bool) else str(value)
+    for name, text in found.items():
+        try:
+            _core.Settings().set(_core.SettingSource.PRIM, name, text)
+        except _core.Error as error:
+            raise StageError(f"<{pass_path}>: {error}") from error
+    return list(found.items())
 
 
 def _prim_at(stage: Any, path: str, option: str) -> Any:

@@ -45,6 +45,7 @@ STANDARD = [
     "instanceId",
     "elementId",
     "albedo",
+    "mbfeat:raw",
     "variance",
     "sampleCount",
     "nonFinite",

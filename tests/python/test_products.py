@@ -36,7 +36,7 @@ PRIMVARS = ["primvars:st", "primvars:displayColor"]
 
 def suffixes(aov: str) -> str:
     """Channel suffixes of an AOV, in order, from the documentation."""
-    if aov == "color":
+    if aov in ("color", "mbfeat:raw"):
         return "RGBA"
     if aov == "alpha":
         return "A"

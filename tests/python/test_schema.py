@@ -37,7 +37,7 @@ assert prim.ApplyAPI("MBFeatRenderSettingsAPI") and render_pass.ApplyAPI("MBFeat
 samples = prim.GetAttribute("mbfeat:samplesPerPixel")
 assert samples.Get() == 64 and not samples.HasAuthoredValue()
 assert samples.Set(16) and samples.Get() == 16
-assert render_pass.GetAttribute("mbfeat:denoise:enabled").Get() is True
+assert render_pass.GetAttribute("mbfeat:denoise:enabled").Get() is False
 print("ok")
 """
 
