@@ -60,7 +60,8 @@ class Contract:
       `weight` and `bias`. Each class's share of the radiance is splatted apart, and added.
 
     Tiles begin at multiples of `unit` and overlap by `receptiveField` and the splat's kernel // 2.
-    A layered network has `classPlanes` sums a class. `workingFloats` is about how many numbers a pixel (and sample) takes while the graph runs.
+    A layered network has `classPlanes` sums a class, and where the renderer can compute them
+    without the graph also an entry mbfeat:encoder, see `encoder_bytes`. `workingFloats` is about how many numbers a pixel (and sample) takes while the graph runs.
     """
 
     kind: str
@@ -140,15 +141,27 @@ def contract(config: ModelConfig, *, whole: bool) -> Contract:
     )
 
 
-def export(model: Sksn, path: Path, *, whole: bool, about: dict[str, Any] | None = None) -> None:
+def export(
+    model: Sksn,
+    path: Path,
+    *,
+    whole: bool,
+    half: bool = False,
+    about: dict[str, Any] | None = None,
+) -> None:
     """Writes the network; raises ValueError for one with a pyramid that is not `whole`.
 
     `about` (seed, steps, data) goes into the metadata beside the contract. Folds the model's
-    normalised weights.
+    normalised weights, and with `half` rounds them to 16 bits, which halves the file: they are
+    widened again when it is loaded.
     """
     if not whole and isinstance(model.kernels, Pyramid):
         raise ValueError("a network with a pyramid has several last layers; export it whole")
     fold_weight_norm(model)
+    if half:
+        with torch.no_grad():
+            for parameter in model.parameters():
+                parameter.copy_(parameter.half().float())
     facts = contract(model.config, whole=whole)
     entries = facts.entries() | {f"{PREFIX}training": json.dumps(about or {})}
     last = ["hidden", "weight", "bias"]
@@ -161,16 +174,63 @@ def export(model: Sksn, path: Path, *, whole: bool, about: dict[str, Any] | None
         sums = _traced(
             _Sums(model), {"samples": samples, "share": share}, ["classes", "mask"]
         )
+        if half:
+            _narrow(sums)
         entries[f"{PREFIX}samples"] = base64.b64encode(sums.SerializeToString()).decode()
+        if encoder := encoder_bytes(model):
+            entries[f"{PREFIX}encoder"] = base64.b64encode(encoder).decode()
         with torch.no_grad():
             classes = model.class_sums(samples[None], share[None])[0][0]
         graph = _traced(_OfClasses(model), {"classes": classes}, last)
     import onnx
 
+    if half:
+        _narrow(graph)
     onnx.helper.set_model_props(graph, entries)
     partial = path.with_name(f"{path.name}.partial")
     partial.write_bytes(graph.SerializeToString())
     partial.replace(path)
+
+
+def encoder_bytes(model: Sksn) -> bytes | None:
+    """Weights of what is computed for each path, or None for networks that encode otherwise.
+
+    Little-endian: float32 log_scale, then twice (the network shared over vertices, or none, and the
+    embedding) int32 count of layers and for each int32 inputs and outputs, float32 weights [output,
+    input] and bias. Read by hdmbfeat/denoise/pathEncoder.cpp.
+    """
+    c = model.config
+    if not (c.layers and c.valid_bits and c.increments and c.first_non_delta):
+        return None
+    parts = [np.float32(c.log_scale).tobytes()]
+    shared = model.encoding.vertex_network if c.vertex_encoder else nn.Sequential()
+    for network in (shared, model.embeddings[0]):
+        layers = [layer for layer in network.modules() if isinstance(layer, nn.Conv2d)]
+        parts.append(np.int32(len(layers)).tobytes())
+        for layer in layers:
+            assert layer.bias is not None
+            weights = layer.weight.detach().flatten(1).numpy().astype(np.float32)
+            parts.append(np.array(weights.shape[::-1], dtype=np.int32).tobytes())
+            parts.append(np.ascontiguousarray(weights).tobytes())
+            parts.append(layer.bias.detach().numpy().astype(np.float32).tobytes())
+    return b"".join(parts)
+
+
+def _narrow(graph: Any) -> None:
+    """Keeps initialisers as 16-bit floats, with a cast behind each, which loading folds away."""
+    import onnx
+
+    casts = []
+    for tensor in graph.graph.initializer:
+        values = onnx.numpy_helper.to_array(tensor)
+        if values.dtype != np.float32 or values.size < 64:
+            continue
+        name = tensor.name
+        tensor.CopyFrom(onnx.numpy_helper.from_array(values.astype(np.float16), f"{name}.half"))
+        casts.append(onnx.helper.make_node("Cast", [f"{name}.half"], [name], to=1))
+    nodes = [*casts, *graph.graph.node]
+    del graph.graph.node[:]
+    graph.graph.node.extend(nodes)
 
 
 def _examples(features: str) -> tuple[Tensor, Tensor]:
@@ -277,10 +337,17 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("model", type=Path)
     parser.add_argument("output", type=Path)
     parser.add_argument("--whole", action="store_true", help="with the splat, for comparisons")
+    parser.add_argument("--half", action="store_true", help="round weights to 16 bits")
     options = parser.parse_args(arguments)
     try:
         trained = load_model(options.model)
-        export(trained.model, options.output, whole=options.whole, about=_about(trained))
+        export(
+            trained.model,
+            options.output,
+            whole=options.whole,
+            half=options.half,
+            about=_about(trained),
+        )
     except (CheckpointError, ValueError) as error:
         sys.stderr.write(f"training.export: {error}\n")
         return 1

@@ -152,6 +152,9 @@ Result<std::shared_ptr<const DenoiseModel>> DenoiseModel::read(const std::string
             return sampleGraph.error();
         }
         model->sampleGraph_ = std::move(sampleGraph.value());
+        if (const Status failed = model->readEncoder()) {
+            return *failed;
+        }
     }
     if (const Status failed = model->checkGraphs()) {
         return *failed;
@@ -210,6 +213,21 @@ Status DenoiseModel::readContract() {
                                 std::to_string(contract_.kernel) + ", " +
                                 std::to_string(contract_.channels.size()) +
                                 " channels). Export the network anew."};
+    }
+    return std::nullopt;
+}
+
+Status DenoiseModel::readEncoder() {
+    const std::string text = graph_->metadata("mbfeat:encoder");
+    if (text.empty()) {
+        return std::nullopt;
+    }
+    if (const auto bytes = decoded(text)) {
+        encoder_ = PathEncoder::read(*bytes);
+    }
+    if (!encoder_ || encoder_->width() + 1 != contract_.classPlanes ||
+        contract_.channels.size() != extended::kChannels) {
+        return Error{file_, "the weights of its encoder are damaged. Export the network anew."};
     }
     return std::nullopt;
 }

@@ -3,11 +3,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/diagnostics.h"
 #include "denoise/onnxRuntime.h"
+#include "denoise/pathEncoder.h"
 
 namespace mbfeat {
 
@@ -43,16 +45,20 @@ public:
     const OnnxSession& graph() const { return *graph_; }
     /// Of a layered model: sums up samples, one thread a run.
     const OnnxSession& sampleGraph() const { return *sampleGraph_; }
+    /// The same written out, where the network is one of those that have it; else null.
+    const PathEncoder* encoder() const { return encoder_ ? &*encoder_ : nullptr; }
 
 private:
     DenoiseModel() = default;
     static Result<std::shared_ptr<const DenoiseModel>> read(const std::string& file, int threads);
     Status readContract();
+    Status readEncoder();
     Status checkGraphs() const;
 
     std::string file_;
     DenoiseContract contract_;
     std::unique_ptr<OnnxSession> graph_, sampleGraph_;
+    std::optional<PathEncoder> encoder_;
 };
 
 inline constexpr int kPathClasses = 3; ///< of a layered model: direct, reflected, transmitted

@@ -21,7 +21,8 @@ public:
 
     /// Adds `samples` paths of each of some pixels, paths[pixel * samples + sample]. Different
     /// threads may add to different pixels at once; a pixel's paths are added in order. Paths that
-    /// are not finite are counted and left out.
+    /// are not finite are counted and left out. By the model's encoder where it has one, else by
+    /// its graph.
     Status add(const std::size_t* pixels, std::size_t pixelCount, std::size_t samples,
                const float* const* paths);
     /// Forgets all paths.
@@ -43,6 +44,10 @@ public:
     std::uint64_t emptyPixels() const;
 
 private:
+    Status addByGraph(const std::size_t* pixels, std::size_t pixelCount, std::size_t samples,
+                      const float* const* paths);
+    void addByEncoder(const std::size_t* pixels, std::size_t pathCount, std::size_t samples,
+                      const float* const* paths);
     void addClasses(const std::size_t* pixels, std::size_t pixelCount, const TensorView& classes);
     void addLight(const std::size_t* pixels, std::size_t pixelCount, std::size_t samples,
                   const float* const* paths, const float* shares, const TensorView& mask);

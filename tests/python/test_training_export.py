@@ -49,6 +49,18 @@ def test_hidden_part_agrees(name: str, tmp_path: Path) -> None:
         assert export.difference(model, file, x) < export.TOLERANCE
 
 
+@pytest.mark.parametrize("name", ["paths", "layers"])
+def test_half_as_large_file_agrees(name: str, tmp_path: Path) -> None:
+    """With the rounded network; constants of the graph may not be weights."""
+    model = network(name)
+    large, small = tmp_path / "large.onnx", tmp_path / "small.onnx"
+    export.export(model, large, whole=False)
+    export.export(model, small, whole=False, half=True)
+    assert small.stat().st_size < large.stat().st_size
+    x = export.example(model.config.features, 4, 21, 34)
+    assert export.difference(model, small, x) < export.TOLERANCE
+
+
 def test_file_says_how_to_use_it(tmp_path: Path) -> None:
     model = network("layers")
     file = tmp_path / "hidden.onnx"

@@ -31,6 +31,8 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "extended": EXTENDED,
     "encoder": EXTENDED | {"vertex_encoder": 8},
     "layers": EXTENDED | {"layers": True},
+    "layers, encoder": EXTENDED | {"layers": True, "vertex_encoder": 8},
+    "layers, flat": EXTENDED | {"layers": True, "increments": False},
     "pyramid": EXTENDED | {"pyramid": 3},
     "all": EXTENDED | {"vertex_encoder": 8, "layers": True, "pyramid": 3},
 }

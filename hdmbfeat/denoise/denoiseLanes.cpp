@@ -1,0 +1,28 @@
+// The denoiser's operators on SIMD lanes; compiled once for the library and once for AVX-512 (see
+// CMakeLists.txt), where their names differ.
+#if defined(__GNUC__) && !defined(__clang__)
+// GCC 12's own AVX-512 intrinsics start from variables that they leave undefined.
+#pragma GCC diagnostic ignored "-Wuninitialized"
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
+
+#include <xsimd/xsimd.hpp>
+
+#include "denoise/pathEncoderLanes.h"
+#include "denoise/splatTile.h"
+
+#ifdef MBFEAT_WIDE_LANES
+#define splatTileOnLanes splatTileOnWideLanes
+#define encodeOnLanes encodeOnWideLanes
+#endif
+
+extern "C" __attribute__((visibility("default"))) void
+splatTileOnLanes(const mbfeat::SplatInput* input, const mbfeat::SplatTile* tile, float* out) {
+    mbfeat::TileSplatter<xsimd::batch<float>>(*input, *tile).run(out);
+}
+
+extern "C" __attribute__((visibility("default"))) void
+encodeOnLanes(const mbfeat::PathEncoder* encoder, const float* channels, int count,
+              float* embeddings) {
+    mbfeat::encodePathsOnLanes<xsimd::batch<float>>(*encoder, channels, count, embeddings);
+}

@@ -1,0 +1,60 @@
+// What a layered network computes for each path, written out: the features that it is given of the
+// `extended` channels, a network shared over vertices, and the path's embedding.
+//
+// It does what the model's own graph of samples does (training/model/encoding.py, Encoding and
+// Sksn.class_sums), several times faster: all of it stays in registers and the first-level cache,
+// and vertices that no path reached are skipped. Formulas: Gharbi et al. 2019, section 4.3, for the
+// scaled logarithm of radiance.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace mbfeat {
+
+/// A layer: outputs = leakyReLU(weights x inputs + bias).
+struct DenseLayer {
+    static constexpr int kBlock = 8; ///< outputs that are computed together
+    int inputs = 0, outputs = 0;
+    std::vector<float> weights; ///< [outputs / kBlock][inputs][kBlock], padded with zeros
+    std::vector<float> bias;    ///< padded too
+
+    int blocks() const { return (outputs + kBlock - 1) / kBlock; }
+};
+
+/// Offsets among the channels of the feature set `extended`, see training/model/inputs.py.
+namespace extended {
+inline constexpr int kVertices = 6;
+inline constexpr int kCommon = 6; ///< R, G, B, subpixel.X, subpixel.Y, Z
+inline constexpr int kFeatures = kCommon;
+inline constexpr int kValid = kFeatures + 9 * kVertices;
+inline constexpr int kExtended = kValid + kVertices; ///< roughness, distance, throughput
+inline constexpr int kEvents = kExtended + 5 * kVertices;
+inline constexpr int kChannels = kEvents + 4 * kVertices;
+} // namespace extended
+
+struct PathEncoder {
+    float logScale = 1.0F;
+    std::vector<DenseLayer> vertex;    ///< empty: the vertices' features are given as they are
+    std::vector<DenseLayer> embedding; ///< the last one's outputs are the embedding
+
+    int width() const { return embedding.empty() ? 0 : embedding.back().outputs; }
+
+    /// Of the bytes in the metadata of a model; nothing where they make no sense.
+    static std::optional<PathEncoder> read(const std::string& bytes);
+};
+
+enum class PathClass : std::uint8_t { kDirect, kReflected, kTransmitted };
+
+/// A group of paths, as many as a lane type is wide at most.
+inline constexpr int kEncoderGroup = 16;
+
+/// Embeddings [path][width] and classes of `count` paths, at most kEncoderGroup, whose channels are
+/// [channel][kEncoderGroup]; channels of paths beyond `count` are to be zero. On the widest lanes.
+void encodePaths(const PathEncoder& encoder, const float* channels, int count, float* embeddings,
+                 PathClass* classes);
+
+} // namespace mbfeat
