@@ -21,13 +21,13 @@ PathSums::PathSums(std::shared_ptr<const DenoiseModel> model, ChannelPlan plan, 
 }
 
 std::size_t PathSums::bytes() const {
-    return (classes_.size() + light_.size()) * sizeof(float) +
+    return classes_.size() * sizeof(float) + light_.size() * sizeof(double) +
            counts_.size() * sizeof(std::uint32_t);
 }
 
 void PathSums::clear() {
     std::fill(classes_.begin(), classes_.end(), 0.0F);
-    std::fill(light_.begin(), light_.end(), 0.0F);
+    std::fill(light_.begin(), light_.end(), 0.0);
     std::fill(counts_.begin(), counts_.end(), 0U);
     repaired_ = 0;
 }
@@ -83,10 +83,10 @@ void PathSums::addByEncoder(const std::size_t* pixels, std::size_t pathCount, st
                 sums[o] += embedding[o];
             }
             sums[width] += 1.0F;
-            float* light = light_.data() + place * lightChannels();
+            double* light = light_.data() + place * lightChannels();
             for (const std::size_t field : lights_) {
                 for (std::size_t k = 0; k < 3; ++k) {
-                    *light++ += usable[i][field + k];
+                    *light++ += static_cast<double>(usable[i][field + k]);
                 }
             }
             ++counts_[places[i]];
@@ -151,7 +151,7 @@ void PathSums::addClasses(const std::size_t* pixels, std::size_t pixelCount,
 void PathSums::addLight(const std::size_t* pixels, std::size_t pixelCount, std::size_t samples,
                         const float* const* paths, const float* shares, const TensorView& mask) {
     for (std::size_t i = 0; i < pixelCount; ++i) {
-        float* const all = light_.data() + pixels[i] * kPathClasses * lightChannels();
+        double* const all = light_.data() + pixels[i] * kPathClasses * lightChannels();
         for (std::size_t s = 0; s < samples; ++s) {
             for (std::size_t c = 0; c < kPathClasses; ++c) {
                 const float weight =
@@ -160,10 +160,10 @@ void PathSums::addLight(const std::size_t* pixels, std::size_t pixelCount, std::
                     continue;
                 }
                 const float* const path = paths[i * samples + s];
-                float* to = all + c * lightChannels();
+                double* to = all + c * lightChannels();
                 for (const std::size_t field : lights_) {
                     for (std::size_t k = 0; k < 3; ++k) {
-                        *to++ += weight * path[field + k];
+                        *to++ += static_cast<double>(weight) * static_cast<double>(path[field + k]);
                     }
                 }
             }
@@ -190,22 +190,22 @@ void PathSums::means(int x0, int y0, int x1, int y1, std::vector<float>& classes
                 static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
                 static_cast<std::size_t>(first);
             const auto count = static_cast<std::size_t>(last - first);
-            float scale[kBlock];
+            double scale[kBlock];
             for (std::size_t i = 0; i < count; ++i) {
                 scale[i] =
                     counts_[pixel + i] == 0 ? 0.0F : 1.0F / static_cast<float>(counts_[pixel + i]);
             }
-            const auto write = [&](const std::vector<float>& from, std::size_t values,
-                                   std::vector<float>& to) {
-                const float* const in = from.data() + pixel * values;
+            const auto write = [&](const auto* from, std::size_t values, std::vector<float>& to) {
+                const auto* const in = from + pixel * values;
                 for (std::size_t p = 0; p < values; ++p) {
                     for (std::size_t i = 0; i < count; ++i) {
-                        to[p * area + out + i] = in[i * values + p] * scale[i];
+                        to[p * area + out + i] =
+                            static_cast<float>(static_cast<double>(in[i * values + p]) * scale[i]);
                     }
                 }
             };
-            write(classes_, planes, classes);
-            write(light_, lights, light);
+            write(classes_.data(), planes, classes);
+            write(light_.data(), lights, light);
         }
     }
 }

@@ -60,7 +60,7 @@ private:
     std::size_t planes_ = 0;
     // A pixel's numbers lie side by side: it is added to as a whole.
     std::vector<float> classes_;        ///< [pixel][class][plane]
-    std::vector<float> light_;          ///< [pixel][class][light]
+    std::vector<double> light_;         ///< [pixel][class][light]; no sample may be lost in it
     std::vector<std::uint32_t> counts_; ///< usable paths
     std::atomic<std::uint64_t> repaired_{0};
 };

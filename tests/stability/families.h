@@ -17,13 +17,14 @@ void addEnvironments(Catalogue& catalogue);
 void addSums(Catalogue& catalogue);
 void addEstimators(Catalogue& catalogue);
 void addTextures(Catalogue& catalogue);
+void addDenoiser(Catalogue& catalogue);
 
 /// All of them, in this order.
 inline Catalogue allCases() {
     Catalogue catalogue;
-    for (auto* add :
-         {addRayOffsets, addPlacements, addFresnel, addClosures, addShadingNormals, addWarps,
-          addLightShapes, addLights, addEnvironments, addSums, addEstimators, addTextures}) {
+    for (auto* add : {addRayOffsets, addPlacements, addFresnel, addClosures, addShadingNormals,
+                      addWarps, addLightShapes, addLights, addEnvironments, addSums, addEstimators,
+                      addTextures, addDenoiser}) {
         add(catalogue);
     }
     return catalogue;
