@@ -50,18 +50,19 @@ class Contract:
     up to 1; 0 for none). By kind:
 
     - ``whole``: gives `image` [3, h, w]; for comparisons.
-    - ``hidden``: gives `hidden` [samples, width, h, w] and the last layer, `weight` [kernel kernel,
-      width] and `bias` [kernel kernel]: logits are weight x hidden + bias, and the samples' radiance
-      is splatted with them as training.model.splat says.
+    - ``hidden``: gives `hidden` [samples, width, h, w] and the last layer, `weight` [kernel^2,
+      width] and `bias` [kernel^2]: logits are weight x hidden + bias, and the samples' radiance is
+      splatted with them as training.model.splat says.
     - ``layered``, of a network with layers: two graphs. The one in the metadata entry
       mbfeat:samples, as base64, works pixel by pixel and gives `classes` [classes, planes, h, w],
       sums over samples that may be added up in parts, and `mask` [samples, classes, h, w], which
       samples are in a class. The file's own takes `classes` and gives the classes' `hidden`,
-      `weight` and `bias`. Each class's share of the radiance is splatted apart, and added.
+      `weight` and `bias`. Each class's share of the radiance is splatted apart, and added. It has
+      `classPlanes` sums a class, and where the renderer can compute them without the graph also
+      an entry mbfeat:encoder, see `encoder_bytes`.
 
     Tiles begin at multiples of `unit` and overlap by `receptiveField` and the splat's kernel // 2.
-    A layered network has `classPlanes` sums a class, and where the renderer can compute them
-    without the graph also an entry mbfeat:encoder, see `encoder_bytes`. `workingFloats` is about how many numbers a pixel (and sample) takes while the graph runs.
+    `workingFloats` is about how many numbers a pixel (and sample) takes while the graph runs.
     """
 
     kind: str
@@ -171,9 +172,7 @@ def export(
     elif facts.kind == "hidden":
         graph = _traced(_Hidden(model), {"samples": samples, "share": share}, last)
     else:
-        sums = _traced(
-            _Sums(model), {"samples": samples, "share": share}, ["classes", "mask"]
-        )
+        sums = _traced(_Sums(model), {"samples": samples, "share": share}, ["classes", "mask"])
         if half:
             _narrow(sums)
         entries[f"{PREFIX}samples"] = base64.b64encode(sums.SerializeToString()).decode()

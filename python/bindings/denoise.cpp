@@ -199,7 +199,7 @@ void bindDenoise(nb::module_& module) {
         "memory"_a = 1.0, "lights"_a = std::vector<std::string>{"R"},
         nb::sig("def denoise_paths(model: DenoiseModel, paths: NDArray[numpy.float32], fields: "
                 "list[str], world_to_camera: NDArray[numpy.float32], counts: "
-                "NDArray[numpy.uint32] | None = None, shown: ShownFeatures = ShownFeatures.ALL, "
+                "NDArray[numpy.uint32] | None = None, shown: ShownFeatures = ..., "
                 "threads: int = 0, tile: int = 0, memory: float = 1.0, lights: list[str] = ['R']) "
                 "-> tuple[NDArray[numpy.float32], dict[str, float]]"),
         "Image [lights, 3, height, width] of paths float32 [height, width, samples, fields], and "
@@ -213,8 +213,8 @@ void bindDenoise(nb::module_& module) {
         "denoise_file", &denoiseFile, "path"_a, "model"_a = "",
         "features"_a = DenoiseFeatures::kAuto, "threads"_a = 0, "tile"_a = 0, "memory"_a = 1.0,
         "aovs"_a = std::vector<std::string>{},
-        nb::sig("def denoise_file(path: str, model: str = '', features: DenoiseFeatures = "
-                "DenoiseFeatures.AUTO, threads: int = 0, tile: int = 0, memory: float = 1.0, aovs: "
+        nb::sig("def denoise_file(path: str, model: str = '', features: DenoiseFeatures = ..., "
+                "threads: int = 0, tile: int = 0, memory: float = 1.0, aovs: "
                 "list[str] = []) -> tuple[Film, RenderReport]"),
         "Reconstructs from the paths of a deep product: the film, whose color is the result, and "
         "what it took. Error when it cannot.");
@@ -222,10 +222,11 @@ void bindDenoise(nb::module_& module) {
         "splat", &splatArrays, "hidden"_a, "light"_a, "weight"_a, "bias"_a,
         "presence"_a = nb::none(), "apart"_a = false, "lanes"_a = SplatLanes::kWide,
         "threads"_a = 0,
-        nb::sig("def splat(hidden: NDArray[numpy.float32], light: NDArray[numpy.float32], weight: "
-                "NDArray[numpy.float32], bias: NDArray[numpy.float32], presence: "
-                "NDArray[numpy.float32] | None = None, apart: bool = False, lanes: SplatLanes = "
-                "SplatLanes.WIDE, threads: int = 0) -> NDArray[numpy.float32]"),
+        nb::sig(
+            "def splat(hidden: NDArray[numpy.float32], light: NDArray[numpy.float32], weight: "
+            "NDArray[numpy.float32], bias: NDArray[numpy.float32], presence: "
+            "NDArray[numpy.float32] | None = None, apart: bool = False, lanes: SplatLanes = ..., "
+            "threads: int = 0) -> NDArray[numpy.float32]"),
         "Kernel splatting of hidden [units, channels, h, w] and light [units, lights, h, w] with "
         "weight [k k, channels] and bias [k k]: [lights, h, w].");
 }

@@ -9,9 +9,6 @@ from collections.abc import Sequence
 import enum
 from typing import Annotated
 
-import DenoiseFeatures
-import ShownFeatures
-import SplatLanes
 import numpy
 from numpy.typing import NDArray
 
@@ -665,7 +662,7 @@ class DenoiseModel:
 def installed_models() -> list[tuple[str, str]]:
     """Names and files of the models that MBFeat comes with."""
 
-def denoise_paths(model: DenoiseModel, paths: NDArray[numpy.float32], fields: list[str], world_to_camera: NDArray[numpy.float32], counts: NDArray[numpy.uint32] | None = None, shown: ShownFeatures = ShownFeatures.ALL, threads: int = 0, tile: int = 0, memory: float = 1.0, lights: list[str] = ['R']) -> tuple[NDArray[numpy.float32], dict[str, float]]:
+def denoise_paths(model: DenoiseModel, paths: NDArray[numpy.float32], fields: list[str], world_to_camera: NDArray[numpy.float32], counts: NDArray[numpy.uint32] | None = None, shown: ShownFeatures = ..., threads: int = 0, tile: int = 0, memory: float = 1.0, lights: list[str] = ['R']) -> tuple[NDArray[numpy.float32], dict[str, float]]:
     """
     Image [lights, 3, height, width] of paths float32 [height, width, samples, fields], and what it took.
     """
@@ -681,12 +678,12 @@ class DenoiseFeatures(enum.Enum):
 
     MULTI_BOUNCE = 3
 
-def denoise_file(path: str, model: str = '', features: DenoiseFeatures = DenoiseFeatures.AUTO, threads: int = 0, tile: int = 0, memory: float = 1.0, aovs: list[str] = []) -> tuple[Film, RenderReport]:
+def denoise_file(path: str, model: str = '', features: DenoiseFeatures = ..., threads: int = 0, tile: int = 0, memory: float = 1.0, aovs: list[str] = []) -> tuple[Film, RenderReport]:
     """
     Reconstructs from the paths of a deep product: the film, whose color is the result, and what it took. Error when it cannot.
     """
 
-def splat(hidden: NDArray[numpy.float32], light: NDArray[numpy.float32], weight: NDArray[numpy.float32], bias: NDArray[numpy.float32], presence: NDArray[numpy.float32] | None = None, apart: bool = False, lanes: SplatLanes = SplatLanes.WIDE, threads: int = 0) -> NDArray[numpy.float32]:
+def splat(hidden: NDArray[numpy.float32], light: NDArray[numpy.float32], weight: NDArray[numpy.float32], bias: NDArray[numpy.float32], presence: NDArray[numpy.float32] | None = None, apart: bool = False, lanes: SplatLanes = ..., threads: int = 0) -> NDArray[numpy.float32]:
     """
     Kernel splatting of hidden [units, channels, h, w] and light [units, lights, h, w] with weight [k k, channels] and bias [k k]: [lights, h, w].
     """

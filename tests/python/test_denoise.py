@@ -16,18 +16,18 @@ from rendering import CONTRIBUTIONS, SCENES, SETTINGS, add_product, open_scene, 
 
 SIZE = (48, 27)
 AOVS = ("color", "mbfeat:raw", "sampleCount", *CONTRIBUTIONS)
-FILM = {"samplesPerPixel": 4, "pixelFilter": "box"}
-ON = FILM | {"denoise:enabled": True}
+FILM: dict[str, object] = {"samplesPerPixel": 4, "pixelFilter": "box"}
+ON: dict[str, object] = FILM | {"denoise:enabled": True}
 
 
 def image(file: Path, layer: str = "color") -> Any:
     return read_parts(file)[0].layers()[layer]
 
 
-def rendered(tmp_path: Path, scene: str = "cockpit", **settings: object) -> tuple[Path, Any]:
+def rendered(tmp_path: Path, **settings: object) -> tuple[Path, Any]:
     """A raster product with all that is reconstructed, and the frame."""
     file = tmp_path / "image.exr"
-    stage = open_scene(scene)
+    stage = open_scene("cockpit")
     add_product(stage, file, AOVS, resolution=SIZE)
     return file, record(stage, tmp_path, **settings)
 
@@ -139,7 +139,9 @@ def test_pass_of_type_denoise_denoises(tmp_path: Path) -> None:
     done = usdrecord(pass_stage(tmp_path, "", "beauty"), raw, *named)
     assert done.returncode == 0, done.stderr
     assert "inference" not in done.stdout
-    done = usdrecord(pass_stage(tmp_path, "uniform asset mbfeat:denoise:model = @fast@"), out, *named)
+    done = usdrecord(
+        pass_stage(tmp_path, "uniform asset mbfeat:denoise:model = @fast@"), out, *named
+    )
     assert done.returncode == 0, done.stderr
     assert "inference" in done.stdout and "mbfeat:denoise:model=fast" in done.stdout
     assert not np.allclose(image(out), image(raw), rtol=0.01)
@@ -172,7 +174,9 @@ def test_raw_image_stays_where_the_model_cannot_be_used(
         Path(model).write_bytes(b"this is no network")
     file, frame = rendered(tmp_path, **ON, **{"denoise:model": model})
     assert len(frame.report.errors) == 1
-    assert complaint in frame.report.errors[0] and "stays as it is rendered" in frame.report.errors[0]
+    assert (
+        complaint in frame.report.errors[0] and "stays as it is rendered" in frame.report.errors[0]
+    )
     assert np.array_equal(image(file), image(file, "mbfeat:raw"))
 
 
@@ -231,7 +235,7 @@ def test_films_from_python_take_odd_sizes_and_counts() -> None:
         assert np.isfinite(found).all()
         low, high = paths[..., :3].min(), paths[..., :3].max()
         # Three classes may each have a mean: their sum is at most three times the largest.
-        assert found.min() >= low * 0 and found.max() <= 3 * high
+        assert found.min() >= min(low, 0.0) and found.max() <= 3 * high
     equal = np.tile(rng.random((1, 1, 1, len(fields)), dtype=np.float32), (9, 11, 4, 1))
     equal[..., fields.index("validMask")] = 1
     for k in range(6):

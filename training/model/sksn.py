@@ -109,8 +109,8 @@ class Sksn(nn.Module):
     def class_sums(self, x: Tensor, share: Tensor) -> tuple[Tensor, Tensor]:
         """What layers know of the samples: all that is computed for each of them, pixel by pixel.
 
-        Sums [n, classes, width + 1, h, w] over the samples of a class of their embeddings and, last,
-        of their shares; and who is in it, mask [n, samples, classes, h, w].
+        Sums [n, classes, width + 1, h, w] over the samples of a class of their embeddings and,
+        last, of their shares; and who is in it, mask [n, samples, classes, h, w].
         """
         n, samples = x.shape[:2]
         flat = x.flatten(0, 1)
