@@ -122,6 +122,9 @@ std::vector<SettingDescriptor> makeDenoiseSettingTable() {
                     "mbfeat:denoise:memory. The image does not depend on it."),
         makeReal("mbfeat:denoise:memory", "Denoise memory", defaults.memory, 0.015625, 65536.0,
                  "Memory that the network may take at a time, in GiB."),
+        makeSwitch("mbfeat:denoise:combine", "Combine", defaults.combine,
+                   "From 16 samples a pixel on, take over as much from the rendered image as it "
+                   "differs from the reconstruction by more than noise explains."),
     };
 }
 
@@ -488,6 +491,7 @@ RenderOptions resolveOptions(const Settings& settings) {
     options.denoise.features = getEnum<DenoiseFeatures>(settings, "mbfeat:denoise:features");
     options.denoise.tile = getInt(settings, "mbfeat:denoise:tile");
     options.denoise.memory = get<double>(settings, "mbfeat:denoise:memory");
+    options.denoise.combine = get<bool>(settings, "mbfeat:denoise:combine");
     options.viewAov = get<std::string>(settings, "mbfeat:viewAov");
     options.onError = getEnum<OnError>(settings, "mbfeat:onError");
     options.pathSampleMemory = get<double>(settings, "mbfeat:pathSampleMemory");

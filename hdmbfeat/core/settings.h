@@ -84,6 +84,7 @@ struct DenoiseSettings {
     DenoiseFeatures features = DenoiseFeatures::kAuto;
     int tile = 0;        ///< pixels on a side; 0: from `memory`
     double memory = 1.0; ///< GiB
+    bool combine = true; ///< take over from the rendered image where it is the better one
 };
 
 /// The resolved settings with C++ types, as the renderer wants them.

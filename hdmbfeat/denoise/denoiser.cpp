@@ -150,7 +150,8 @@ protected:
         input.channels = static_cast<int>(hidden.shape.size() == 4 ? hidden.shape[1] : 0);
         input.lights = static_cast<int>(lightChannels_);
         input.kernel = contract_.kernel;
-        const auto taps = static_cast<std::size_t>(input.kernel * input.kernel);
+        const auto kernel = static_cast<std::size_t>(input.kernel);
+        const std::size_t taps = kernel * kernel;
         const auto units = static_cast<std::size_t>(input.units);
         if (hidden.size() != units * static_cast<std::size_t>(input.channels) * area(tile.region) ||
             units * lightChannels_ * area(tile.region) != light.size() ||

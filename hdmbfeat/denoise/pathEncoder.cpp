@@ -68,13 +68,15 @@ public:
 private:
     void readNumbers(DenseLayer& layer) {
         constexpr int kBlock = DenseLayer::kBlock;
-        const auto padded = static_cast<std::size_t>(layer.blocks() * kBlock);
+        const std::size_t padded = static_cast<std::size_t>(layer.blocks()) * kBlock;
         layer.weights.assign(padded * static_cast<std::size_t>(layer.inputs), 0.0F);
         layer.bias.assign(padded, 0.0F);
         for (int o = 0; o < layer.outputs; ++o) {
             for (int i = 0; i < layer.inputs; ++i) {
-                const int place = (o / kBlock * layer.inputs + i) * kBlock + o % kBlock;
-                layer.weights[static_cast<std::size_t>(place)] = finite();
+                const auto row =
+                    static_cast<std::size_t>(o / kBlock) * static_cast<std::size_t>(layer.inputs) +
+                    static_cast<std::size_t>(i);
+                layer.weights[row * kBlock + static_cast<std::size_t>(o % kBlock)] = finite();
             }
         }
         for (int o = 0; o < layer.outputs; ++o) {

@@ -147,7 +147,8 @@ private:
             std::array<T, kBlock> sum;
             for (int o = 0; o < kBlock; ++o) {
                 sum[static_cast<std::size_t>(o)] =
-                    T(layer.bias[static_cast<std::size_t>(block * kBlock + o)]);
+                    T(layer.bias[static_cast<std::size_t>(block) * kBlock +
+                                 static_cast<std::size_t>(o)]);
             }
             for (int i = 0; i < size; ++i, weights += kBlock) {
                 const T x = inputs[i];

@@ -26,7 +26,7 @@ public:
           hidden_(size(input.channels, sourceHeight_)),
           light_(size(input.lights, sourceHeight_)),
           logits_(size(input.kernel, 1)),
-          sums_(static_cast<std::size_t>(input.lights + 2) * blockSize()) {}
+          sums_((static_cast<std::size_t>(input.lights) + 2) * blockSize()) {}
 
     void run(float* out) {
         if (!in_.apart) {

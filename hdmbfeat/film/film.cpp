@@ -14,6 +14,7 @@
 
 #include <xsimd/xsimd.hpp>
 
+#include "denoise/combine.h"
 #include "film/filmDenoiser.h"
 #include "film/filmMemory.h"
 #include "film/filmStorage.h"
@@ -145,6 +146,8 @@ struct Film::Impl {
     void resolvePixel(int aovIndex, const PixelValues& pixel, T* out) const;
     template <class T>
     void resolveAll(int aovIndex, T* out) const;
+    void combine(std::vector<float>& planes) const;
+    int meanSlot(const std::string& name) const;
     template <class T>
     void replaceReconstructed(int aovIndex, std::size_t firstPixel, std::size_t pixels,
                               T* out) const;
@@ -160,6 +163,8 @@ Film::Impl::Impl(const FilmRequest& request)
     for (const AovDescriptor& aov : aovs) {
         flags |= aov.recordFlags;
     }
+    // The denoiser weighs its image against what was rendered.
+    hasVariance = request.denoise != nullptr;
     layOut();
     const bool keepsForDenoiser = adoptDenoiser(request);
     if ((request.keepPathSamples || keepsForDenoiser) && request.samplesPerPixel > 0) {
@@ -374,6 +379,51 @@ const FilmDenoiser* Film::denoiser() const {
     return impl_->denoiser.get();
 }
 
+/// Mixes the reconstruction with what was rendered where that has enough samples; the parts of the
+/// colour with the same weights, so that they still add up.
+void Film::Impl::combine(std::vector<float>& planes) const {
+    constexpr std::uint64_t kFewest = 16; // samples a pixel, for a variance that can be trusted
+    std::uint64_t samples = 0;
+    for (std::size_t pixel = 0; pixel < pixelCount(); ++pixel) {
+        samples += counts->data()[pixel].load();
+    }
+    if (samples < kFewest * pixelCount()) {
+        return;
+    }
+    std::vector<float> rendered(planes.size()), variance(3 * pixelCount());
+    const std::vector<std::string>& names = denoiser->aovs();
+    for (std::size_t pixel = 0; pixel < pixelCount(); ++pixel) {
+        const HeldPixel held(counts->data()[pixel]);
+        if (held.count() == 0) {
+            continue;
+        }
+        const PixelValues values{held.count(), sumsOf(pixel), wordsOf(pixel)};
+        float out[3];
+        resolveVariance(values, out);
+        for (std::size_t c = 0; c < 3; ++c) {
+            variance[c * pixelCount() + pixel] = out[c];
+        }
+        for (std::size_t light = 0; light < names.size(); ++light) {
+            resolveMean(values, meanSlot(names[light]), 3, out);
+            for (std::size_t c = 0; c < 3; ++c) {
+                rendered[(light * 3 + c) * pixelCount() + pixel] = out[c];
+            }
+        }
+    }
+    const std::vector<float> weights = combineWeights(
+        {window.data.width, window.data.height, rendered.data(), variance.data(), planes.data()});
+    for (std::size_t i = 0; i < planes.size(); ++i) {
+        planes[i] += weights[i % pixelCount()] * (rendered[i] - planes[i]);
+    }
+}
+
+/// The first sum of a bound AOV that is a mean.
+int Film::Impl::meanSlot(const std::string& name) const {
+    const auto found = std::find_if(aovs.begin(), aovs.end(),
+                                    [&](const AovDescriptor& aov) { return aov.name == name; });
+    return slots[static_cast<std::size_t>(found - aovs.begin())];
+}
+
 Status Film::reconstruct(const std::atomic<bool>* stop) {
     Impl& impl = *impl_;
     if (!impl.denoiser) {
@@ -398,7 +448,11 @@ Status Film::reconstruct(const std::atomic<bool>* stop) {
         return result.error();
     }
     if (!result.value().stopped) {
-        auto image = std::make_shared<const std::vector<float>>(std::move(result.value().image));
+        std::vector<float>& planes = result.value().image;
+        if (impl.denoiser->denoise().settings.combine) {
+            impl.combine(planes);
+        }
+        auto image = std::make_shared<const std::vector<float>>(std::move(planes));
         const std::lock_guard lock(impl.reconstructionMutex);
         impl.reconstruction = std::move(image);
     }

@@ -242,7 +242,8 @@ void addEncoders(Catalogue& catalogue) {
                          const bool isLight = c < 3 || c == 5;
                          for (int lane = 0; lane < kEncoderGroup; ++lane) {
                              const float u = random.nextFloat();
-                             channels[static_cast<std::size_t>(c * kEncoderGroup + lane)] =
+                             channels[static_cast<std::size_t>(c) * kEncoderGroup +
+                                      static_cast<std::size_t>(lane)] =
                                  isBit ? (u < 0.5F ? 0.0F : 1.0F)
                                        : u * (isLight ? input.strength : 1.0F);
                          }
