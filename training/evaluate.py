@@ -25,8 +25,8 @@ require("training.evaluate")
 
 import torch  # noqa: E402
 
+from mbfeat import metrics  # noqa: E402
 from mbfeat.devtools.layout import this_layout, write_whole  # noqa: E402
-from training import metrics  # noqa: E402
 from training.checkpoints import CheckpointError  # noqa: E402
 from training.dataset.plan import PlanError  # noqa: E402
 from training.dataset.reader import Dataset, Item  # noqa: E402

@@ -13,7 +13,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn.parallel import DistributedDataParallel
 
-from training import checkpoints, metrics
+from mbfeat import metrics
+from training import checkpoints
 from training.batches import Batches
 from training.config import Config
 from training.dataset.reader import Dataset

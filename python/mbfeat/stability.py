@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, TypedDict
 
 from mbfeat.devtools.layout import PRESET, Layout, this_layout, write_whole
-from throughput import cpu_name
+from mbfeat.machine import cpu_name
 
 PAGE = Path(__file__).parent / "docs" / "hard-cases.md"
 TARGET = "mbfeat_stability"

@@ -21,7 +21,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import platform
 import statistics
 import subprocess
 import sys
@@ -31,6 +30,8 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
+
+from mbfeat.machine import cpu_name
 
 SCENES = Path(__file__).resolve().parents[1] / "scenes"
 SCENE_NAMES = ("interior", "cockpit", "garden")
@@ -212,14 +213,6 @@ def measure(scene: str, options: argparse.Namespace, cores: list[int]) -> list[d
             }
         )
     return rows
-
-
-def cpu_name() -> str:
-    """The processor as the system names it."""
-    for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
-        if line.startswith("model name"):
-            return line.split(":", 1)[1].strip()
-    return platform.processor()
 
 
 def report(rows: list[dict[str, Any]]) -> str:

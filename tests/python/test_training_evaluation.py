@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from training import metrics
+from mbfeat import metrics
 from training.dataset.layout import BYTES, HALF, SPECULAR, channels
 from training.dataset.reader import Item
 from training.evaluation import auxiliary, report

@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from mbfeat import oidn
 from training.dataset.reader import Item
-from training.evaluation import auxiliary, oidn
+from training.evaluation import auxiliary
 
 Image = NDArray[np.float32]
 RAW, BEST, OIDN_BEST = "raw", "best", "oidn"
@@ -53,15 +54,9 @@ def oidn_methods(threads: int = 0) -> list[Method]:
     device = oidn.Oidn(threads)
 
     def plain(item: Item, samples: int) -> Image:
-        albedo, normal = auxiliary.first_hit(item, samples)
-        images = {"color": raw_image(item, samples), "albedo": albedo, "normal": normal}
-        return device.filtered(images, hdr=True, clean=False)
+        return device.plain(raw_image(item, samples), *auxiliary.first_hit(item, samples))
 
     def best(item: Item, samples: int) -> Image:
-        albedo, normal = auxiliary.first_non_delta(item, samples)
-        albedo = device.filtered({"albedo": albedo}, hdr=False, clean=False)
-        normal = device.filtered({"normal": normal}, hdr=False, clean=False)
-        images = {"color": raw_image(item, samples), "albedo": albedo, "normal": normal}
-        return device.filtered(images, hdr=True, clean=True)
+        return device.best(raw_image(item, samples), *auxiliary.first_non_delta(item, samples))
 
     return [Method("oidn plain", plain), Method(OIDN_BEST, best)]

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from PIL import Image as Picture
 from PIL import ImageDraw
 
+from mbfeat.metrics import NAMES, srgb
 from training.evaluation.statistics import Interval, Row, mean
-from training.metrics import NAMES, srgb
 
 Ratios = dict[str, dict[str, Interval]]
 CROP, HEADER = 192, 16

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from dataclasses import dataclass
 from pathlib import Path
+
+from mbfeat.files import write_whole as write_whole  # what makes these files has it from here
 
 PRESET = "release"
 
@@ -87,15 +88,6 @@ def digest(*parts: str | bytes) -> str:
         data = part.encode() if isinstance(part, str) else part
         state.update(len(data).to_bytes(8, "little") + data)
     return state.hexdigest()[:24]
-
-
-def write_whole(path: Path, text: str, mode: int = 0o644) -> None:
-    """Writes a file so that it is there whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f"{path.name}.{os.getpid()}.partial")
-    partial.write_text(text, encoding="utf-8")
-    partial.chmod(mode)
-    os.replace(partial, path)
 
 
 def read_stamp(path: Path) -> str:

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from training import flip, metrics
+from mbfeat import metrics
+from mbfeat.metrics import flip
 
 
 def constant(value: float, size: int = 24) -> metrics.Image:

@@ -7,7 +7,7 @@
 | MSE, L1 | mean (x - y)^2, mean abs(x - y) | |
 | relL1 | mean abs(x - y) / (abs(y) + 1e-4) | |
 | DSSIM | (1 - SSIM) / 2 of the sRGB image, Gaussian window of sigma 1.5 | Wang et al. 2004 |
-| FLIP | the LDR metric of training.flip on the sRGB image | Andersson et al. 2020 |
+| FLIP | the LDR metric of mbfeat.metrics.flip on the sRGB image | Andersson et al. 2020 |
 
 The first five are the paper's table 1.
 """
@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from training.flip import flip
+from mbfeat.metrics.flip import flip as seen_difference
 
 Image = NDArray[np.float64]
 EPSILON = 1e-4
@@ -38,6 +38,7 @@ def srgb(x: Image) -> Image:
 
 
 def relative_mse(x: Image, y: Image) -> float:
+    """Squares of differences by the square of y and epsilon."""
     return float(((x - y) ** 2 / (y**2 + EPSILON)).mean())
 
 
@@ -76,5 +77,5 @@ def all_metrics(image: NDArray[np.floating], reference: NDArray[np.floating]) ->
         "relL1": float((np.abs(x - y) / (np.abs(y) + EPSILON)).mean()),
         "L1": float(np.abs(x - y).mean()),
         "DSSIM": (1.0 - ssim(shown, wanted)) / 2.0,
-        "FLIP": float(flip(shown, wanted).mean()),
+        "FLIP": float(seen_difference(shown, wanted).mean()),
     }

@@ -1,4 +1,7 @@
-"""Open Image Denoise, through the package pyoidn where it is installed."""
+"""Open Image Denoise, through the package pyoidn where it is installed.
+
+The package brings a TBB of its own: a process that renders must not load it.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ def available() -> bool:
 
 
 class Oidn:
-    """A device with its threads; images are [3, h, w] float32."""
+    """A device with its threads (0: all); images are [3, h, w] float32."""
 
     def __init__(self, threads: int = 0) -> None:
         import pyoidn
@@ -30,6 +33,18 @@ class Oidn:
         self._device.set_int("numThreads", threads)
         self._device.commit()
         self._check()
+
+    def plain(self, color: Image, albedo: Image, normal: Image) -> Image:
+        """Filters `color` guided by albedo and normal as they were rendered."""
+        images = {"color": color, "albedo": albedo, "normal": normal}
+        return self.filtered(images, hdr=True, clean=False)
+
+    def best(self, color: Image, albedo: Image, normal: Image) -> Image:
+        """Filters `color` guided by albedo and normal, each of which is filtered itself before."""
+        albedo = self.filtered({"albedo": np.clip(albedo, 0.0, 1.0)}, hdr=False, clean=False)
+        normal = self.filtered({"normal": normal}, hdr=False, clean=False)
+        images = {"color": color, "albedo": albedo, "normal": normal}
+        return self.filtered(images, hdr=True, clean=True)
 
     def filtered(self, images: dict[str, Image], *, hdr: bool, clean: bool) -> Image:
         """One pass of the high-quality filter over ``color``, or over one auxiliary image alone."""
