@@ -75,6 +75,15 @@ class Cycles(PeerEnvironment):
     megabytes = 2500
 
 
+class Oidn(PeerEnvironment):
+    """Open Image Denoise, which works on our images."""
+
+    name = "peer-oidn"
+    title = "Open Image Denoise (88 MB)"
+    peer = "oidn"
+    megabytes = 400
+
+
 PEERS: dict[str, type[PeerEnvironment]] = {"mitsuba": Mitsuba, "cycles": Cycles}
 
 

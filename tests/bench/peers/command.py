@@ -16,12 +16,12 @@ from typing import Any
 from mbfeat.devtools import peer_steps, setup
 from mbfeat.devtools.console import Console, SetupError
 from mbfeat.devtools.layout import Layout, this_layout, write_whole
+from mbfeat.machine import cpu_name
 from peers import report, stages
 from peers.measure import SceneMeasurement, Settings, scene_entry
-from peers.process import Installation, own_installation, peer_installation
+from peers.process import Installation, installation, own_installation
 from peers.references import ReferenceStore
 from peers.rendering import Job
-from throughput import cpu_name
 
 QUICK = {
     "width": 128,
@@ -129,14 +129,7 @@ def finite(value: Any) -> Any:
 
 
 def _installations(layout: Layout, peers: Sequence[str]) -> list[Installation]:
-    found = [own_installation()]
-    for peer in peers:
-        python = layout.peers / peer / "bin" / "python"
-        variables = {}
-        if peer == "mitsuba" and "DRJIT_LIBLLVM_PATH" not in os.environ:
-            variables["DRJIT_LIBLLVM_PATH"] = peer_steps.LLVM
-        found.append(peer_installation(peer, python, **variables))
-    return found
+    return [own_installation(), *(installation(peer, layout) for peer in peers)]
 
 
 def _settings(options: argparse.Namespace) -> Settings:

@@ -17,6 +17,8 @@ from typing import Any
 
 import numpy as np
 
+from mbfeat.devtools import peer_steps
+from mbfeat.devtools.layout import Layout
 from peers.rendering import Job, Rendered
 
 PR_SET_PDEATHSIG = 1
@@ -49,6 +51,14 @@ def peer_installation(name: str, python: Path, **variables: str) -> Installation
     environment = {k: v for k, v in os.environ.items() if not k.startswith(ours)}
     environment.update(PYTHONPATH=str(BENCH), PYTHONNOUSERSITE="1", **variables)
     return Installation(name, python, environment)
+
+
+def installation(name: str, layout: Layout) -> Installation:
+    """A peer where ./run has set it up."""
+    variables = {}
+    if name == "mitsuba" and "DRJIT_LIBLLVM_PATH" not in os.environ:
+        variables["DRJIT_LIBLLVM_PATH"] = peer_steps.LLVM
+    return peer_installation(name, layout.peers / name / "bin" / "python", **variables)
 
 
 class RendererProcess:

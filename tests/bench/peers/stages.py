@@ -23,9 +23,13 @@ class StageError(Exception):
 
 def prepare(name: str, layout: Layout) -> SceneFiles:
     """Makes the stage if it is a large one, and reads it into arrays."""
-    stage = TESTS / "scenes" / "bench" / f"{name}.usda"
     if name in LARGE:
-        stage = _made(name, layout)
+        return read(name, _made(name, layout), layout)
+    return read(name, TESTS / "scenes" / "bench" / f"{name}.usda", layout)
+
+
+def read(name: str, stage: Path, layout: Layout) -> SceneFiles:
+    """Reads a stage into arrays that are kept under `name`. Raises StageError."""
     arrays = layout.peers / "scenes" / name
     arrays.mkdir(parents=True, exist_ok=True)
     _python(layout, name, "-m", "peers.reader", str(stage), str(arrays))
