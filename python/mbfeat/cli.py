@@ -9,6 +9,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from mbfeat.tradeoff import options as tradeoff_options
+
 DIFFERS = 1  # exit code of a check that found a difference
 
 
@@ -24,6 +26,7 @@ def main(arguments: list[str] | None = None) -> int:
     _add_bench(commands)
     _add_stability(commands)
     _add_denoise(commands)
+    tradeoff_options.add(commands).set_defaults(run=_run_tradeoff)
     options = parser.parse_args(arguments)
     try:
         return int(options.run(options))
@@ -314,6 +317,12 @@ def _run_stability(options: argparse.Namespace) -> int:
         )
     sys.path.insert(0, str(tests / "bench"))
     from mbfeat.stability import run
+
+    return run(options)
+
+
+def _run_tradeoff(options: argparse.Namespace) -> int:
+    from mbfeat.tradeoff.command import run
 
     return run(options)
 

@@ -1,0 +1,121 @@
+"""What of a stage the measurement needs to know.
+
+    python -m mbfeat.tradeoff.inspection STAGE [CAMERA]
+
+prints a JSON object: a :class:`StageFacts`, or `error`. It runs in a process of its own, because
+one that has loaded a stage does not end in order (see mbfeat.usdrecord.command).
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from mbfeat.diagnostics import tf_messages
+
+
+class InspectionError(Exception):
+    """The stage cannot be measured; the message is for the user."""
+
+
+@dataclass(frozen=True)
+class StageFacts:
+    """`settings` is the path of the stage's RenderSettings or empty, `camera` that of a camera."""
+
+    settings: str
+    camera: str
+    width: int  # of the RenderSettings; 0 where there is none
+    height: int
+    aspect: float  # width by height of what the camera sees
+    layers: list[tuple[str, int, int]]  # files with their sizes and times
+
+
+def inspect(stage: Path, camera: str = "") -> StageFacts:
+    """Looks at a stage in a process of its own. Raises InspectionError."""
+    command = [sys.executable, "-m", "mbfeat.tradeoff.inspection", str(stage), camera]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    try:
+        found = json.loads(done.stdout.strip().splitlines()[-1])
+    except (IndexError, ValueError):
+        last = (done.stderr.strip().splitlines() or ["it ended without a message"])[-1]
+        raise InspectionError(f"{stage} could not be read: {last}") from None
+    if "error" in found:
+        raise InspectionError(str(found["error"]))
+    found["layers"] = [tuple(row) for row in found["layers"]]
+    return StageFacts(**found)
+
+
+def look(file: str, wanted: str) -> StageFacts:
+    """What inspect() returns, in this process. Raises InspectionError."""
+    from pxr import UsdGeom, UsdRender
+
+    from mbfeat.usdrecord import StageError, find_camera, find_settings, open_stage
+
+    options = argparse.Namespace(
+        usdFilePath=file, sessionLayerPath=None, resolver="root", populationMask=None
+    )
+    try:
+        stage = open_stage(options)
+    except StageError as error:
+        raise InspectionError(str(error)) from error
+    path = find_settings(stage, None, None)
+    settings = UsdRender.Settings(stage.GetPrimAtPath(path)) if path else None
+    found = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Camera)]
+    there = "the stage has no camera: add one, or a layer over it that has one"
+    if found:
+        there = f"name one with --camera: {', '.join(str(p.GetPath()) for p in found[:8])}"
+    if wanted:
+        camera = UsdGeom.Camera(stage.GetPrimAtPath(wanted)) if wanted.startswith("/") else None
+        if not camera:
+            raise InspectionError(
+                f"--camera {wanted}: there is no camera at this path on {file}; {there}"
+            )
+    else:
+        camera = find_camera(stage, None, path if settings else "")
+        if not camera and len(found) == 1:
+            camera = UsdGeom.Camera(found[0])
+        if not camera:
+            raise InspectionError(
+                f"{file}: neither its render settings nor its primary camera say what to look "
+                f"through; {there}"
+            )
+    size = settings.GetResolutionAttr().Get() if settings else (0, 0)
+    seen = camera.GetCamera(0)
+    layers = [Path(layer.realPath) for layer in stage.GetUsedLayers() if layer.realPath]
+    return StageFacts(
+        settings=path if settings else "",
+        camera=str(camera.GetPath()),
+        width=int(size[0]),
+        height=int(size[1]),
+        aspect=float(seen.aspectRatio) or 1.0,
+        layers=sorted((str(p), p.stat().st_size, p.stat().st_mtime_ns) for p in layers),
+    )
+
+
+def main(arguments: list[str]) -> None:
+    """Prints the facts, and ends at once."""
+    from mbfeat.runtime import RuntimeMissingError, use_runtime
+
+    content: dict[str, Any]
+    try:
+        use_runtime()
+        from pxr import Tf
+
+        try:
+            content = asdict(look(*arguments))
+        except Tf.ErrorException as error:
+            content = {"error": f"{arguments[0]}: {'; '.join(tf_messages(error))}"}
+    except (RuntimeMissingError, InspectionError) as error:
+        content = {"error": str(error)}
+    print(json.dumps(content), flush=True)
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,116 @@
+"""Ways to an image, as data: what is set for the render, and what happens to it afterwards."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+OWN = "mbfeat"
+RAW = "raw"
+DENOISE = "mbfeat:denoise:enable"
+FIRST_HIT = ("mbfeat:albedo:0", "mbfeat:normal:0")
+FIRST_NON_DELTA = (
+    "mbfeat:firstNonDelta:albedo",
+    "mbfeat:firstNonDelta:normal",
+    "mbfeat:firstNonDelta:tint",
+)
+
+
+class VariantError(ValueError):
+    """A variant cannot be understood; the message says what to write."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One way to an image.
+
+    `settings` are render settings over the stage's, `features` the AOVs that the render writes for
+    the `filter` that is applied to it afterwards: a key of `filters.RECIPES`, or none.
+    """
+
+    name: str  # in tables and in the JSON
+    title: str
+    settings: Mapping[str, str] = field(default_factory=dict)
+    features: tuple[str, ...] = ()
+    filter: str = ""
+    renderer: str = OWN
+
+    @property
+    def records(self) -> bool:
+        """Whether its render records features beside the image."""
+        return bool(self.features) or DENOISE in self.settings
+
+    @property
+    def renders(self) -> dict[str, Any]:
+        """All that its image depends on."""
+        return {
+            "settings": dict(self.settings),
+            "features": list(self.features),
+            "filter": self.filter,
+            "renderer": self.renderer,
+        }
+
+
+def raw() -> Variant:
+    """The mean of the samples, as the renderer leaves it."""
+    return Variant(RAW, "the mean of the samples")
+
+
+def denoise_models() -> list[Variant]:
+    """The denoise models that are installed with MBFeat; each is applied by the render itself."""
+    try:
+        module = importlib.import_module("mbfeat.denoise")
+    except ModuleNotFoundError as missing:
+        if missing.name != "mbfeat.denoise":
+            raise
+        return []
+    found: Mapping[str, Any] = module.models()
+    return [_model(name, info) for name, info in found.items()]
+
+
+def _model(name: str, info: Any) -> Variant:
+    described = info.get("title", "") if isinstance(info, Mapping) else str(info or "")
+    settings = {DENOISE: "true", "mbfeat:denoise:model": name}
+    return Variant(name, described or f"the denoise model {name}", settings)
+
+
+def open_image_denoise() -> list[Variant]:
+    """Open Image Denoise guided by the first hit, and at its best."""
+    return [
+        Variant(
+            "oidn first hit",
+            "Open Image Denoise with albedo and normal of the first hit",
+            features=FIRST_HIT,
+            filter="plain",
+        ),
+        Variant(
+            "oidn best",
+            "Open Image Denoise with albedo and normal of the first vertex that is neither mirror "
+            "nor clear glass, both filtered before",
+            features=FIRST_NON_DELTA,
+            filter="best",
+        ),
+    ]
+
+
+def parsed(text: str) -> Variant:
+    """A variant of the command line: NAME:SETTING=VALUE[,SETTING=VALUE...]."""
+    name, colon, rest = text.partition(":")
+    pairs = [part.partition("=") for part in rest.split(",") if part.strip()]
+    if not name.strip() or not colon or not pairs or not all(equals for _, equals, _ in pairs):
+        raise VariantError(
+            f"--variant {text}: write NAME:SETTING=VALUE, as in 'few bounces:mbfeat:maxBounces=2'"
+        )
+    settings = {key.strip(): value.strip() for key, _, value in pairs}
+    shown = ", ".join(f"{key}={value}" for key, value in settings.items())
+    return Variant(name.strip(), f"the mean of the samples with {shown}", settings)
+
+
+def check_names(variants: Sequence[Variant]) -> None:
+    """Raises VariantError where two have one name."""
+    names = [variant.name for variant in variants]
+    for name in names:
+        if names.count(name) > 1:
+            raise VariantError(f"two variants are named {name!r}; give one another name")

@@ -1,0 +1,20 @@
+"""Numbers as text."""
+
+from __future__ import annotations
+
+
+def number(value: float) -> str:
+    """Three digits."""
+    return f"{value:.3g}"
+
+
+def samples(spp: int) -> str:
+    """A number of samples in words."""
+    return f"{spp} sample{'' if spp == 1 else 's'} a pixel"
+
+
+def duration(seconds: float) -> str:
+    """Seconds, minutes or hours, in two digits or so."""
+    if seconds < 90:
+        return f"about {seconds:.0f} s"
+    return f"about {seconds / 60:.0f} min" if seconds < 5400 else f"about {seconds / 3600:.1f} h"

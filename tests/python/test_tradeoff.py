@@ -1,0 +1,339 @@
+"""Error against time: what is measured of a renderer whose noise and seconds are known."""
+
+from __future__ import annotations
+
+import csv
+import importlib
+import io
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import tradeoff_kit as kit
+from mbfeat.metrics import NAMES, all_metrics
+from mbfeat.metrics.bias import squared_bias
+from mbfeat.tradeoff import analysis, crops, page, variants
+from mbfeat.tradeoff.renders import PHASES, RenderError, phases
+from mbfeat.tradeoff.variants import OWN, RAW, VariantError
+
+
+def test_every_variant_is_measured_at_every_rung_with_every_seed(tmp_path: Path) -> None:
+    measured = kit.measure(kit.KnownRenderer(), tmp_path)
+    assert len(measured.points) == 2 * len(kit.RUNGS) * 3
+    for point in measured.points:
+        assert set(point["errors"]) == set(NAMES)
+        assert sum(point["seconds"].values()) == pytest.approx(point["total_seconds"])
+    seeds = {(p["samples_per_pixel"], p["seed"]) for p in measured.points}
+    assert len(seeds) == len(kit.RUNGS) * 3  # no two rungs share noise, all variants do
+
+
+def test_finished_renders_are_not_made_again(tmp_path: Path) -> None:
+    first = kit.measure(kit.KnownRenderer(), tmp_path)
+    again = kit.KnownRenderer()
+    second = kit.measure(again, tmp_path)
+    assert again.calls == []
+    assert second.points == first.points
+    longer = kit.KnownRenderer()
+    kit.measure(longer, tmp_path, seeds=4)
+    assert len(longer.calls) == 2 * len(kit.RUNGS)
+
+
+def test_an_interrupted_run_goes_on_where_it_was(tmp_path: Path) -> None:
+    broken = kit.KnownRenderer()
+    broken.failure, broken.fails_at = KeyboardInterrupt(), 5
+    with pytest.raises(KeyboardInterrupt):
+        kit.measure(broken, tmp_path)
+    rest = kit.KnownRenderer()
+    measured = kit.measure(rest, tmp_path)
+    assert len(rest.calls) == len(measured.points) - 5
+    assert not set(rest.calls) & set(broken.calls)
+
+
+def test_a_variant_that_fails_is_left_out_with_its_reason(tmp_path: Path) -> None:
+    measured = kit.measure(kit.KnownRenderer(broken=["paths"]), tmp_path)
+    assert {point["variant"] for point in measured.points} == {RAW}
+    assert "out of memory" in measured.left_out["paths"]
+    with pytest.raises(RenderError, match="out of memory"):
+        kit.measure(kit.KnownRenderer(broken=[RAW]), tmp_path / "raw")
+
+
+def test_another_reference_measures_kept_images_anew(tmp_path: Path) -> None:
+    first = kit.measure(kit.KnownRenderer(), tmp_path)
+    other = kit.KnownRenderer()
+    reference = kit.rendered_reference(kit.KnownRenderer(), 64, tmp_path / "reference")
+    second = kit.measure(other, tmp_path, against=reference)
+    assert other.calls == []
+    assert second.points[0]["errors"] != first.points[0]["errors"]
+
+
+# ---- reference and bias
+
+
+def test_noise_of_a_rendered_reference_is_its_error(tmp_path: Path) -> None:
+    reference = kit.rendered_reference(kit.KnownRenderer(), 256, tmp_path)
+    found = all_metrics(reference.image, kit.truth())
+    assert reference.floor is not None
+    # 6912 values: the relative deviation of either is 2 %, so five of them are 10 %.
+    for name in ("relMSE", "MSE", "relL1", "L1"):
+        assert reference.floor[name] == pytest.approx(found[name], rel=0.1)
+    assert reference.about["samples_per_pixel"] == 256
+
+
+def test_an_interrupted_reference_goes_on(tmp_path: Path) -> None:
+    whole = kit.rendered_reference(kit.KnownRenderer(), 256, tmp_path / "whole")
+    broken = kit.KnownRenderer()
+    broken.failure, broken.fails_at = KeyboardInterrupt(), 2
+    with pytest.raises(KeyboardInterrupt):
+        kit.rendered_reference(broken, 256, tmp_path / "broken")
+    rest = kit.KnownRenderer()
+    resumed = kit.rendered_reference(rest, 256, tmp_path / "broken")
+    np.testing.assert_array_equal(resumed.image, whole.image)
+    assert not set(rest.calls) & set(broken.calls)
+
+
+def test_bias_is_what_seeds_do_not_average_away() -> None:
+    rng = np.random.default_rng(7)
+    y = kit.truth()
+    noise = [0.3 * rng.standard_normal(y.shape) * y for _ in range(4)]
+    fair = squared_bias([y + n for n in noise], y)
+    biased = squared_bias([1.05 * y + n for n in noise], y)
+    assert fair is not None
+    assert biased is not None
+    # The estimate's deviation is 0.3^2 / 4 * sqrt(2.7 / 6912) = 4.4e-4; five of them.
+    assert abs(fair) < 2.2e-3
+    assert biased == pytest.approx(0.05**2, abs=2.2e-3)
+    assert squared_bias([y], y) is None
+
+
+# ---- where the seconds go
+
+
+def test_phases_add_up_to_the_whole() -> None:
+    reported = [
+        {"phase": "commit", "seconds": 0.5},
+        {"phase": "sampling", "seconds": 2.0},
+        {"phase": "inference", "seconds": 0.25},
+        {"phase": "splat", "seconds": 0.125},
+        {"phase": "write", "seconds": 0.0625},
+        {"phase": "something new", "seconds": 0.03125},
+    ]
+    seconds = phases(reported, 0.0625, 4.0)
+    assert list(seconds) == list(PHASES)
+    assert sum(seconds.values()) == pytest.approx(4.0)
+    assert seconds["build"] == 0.5
+    assert seconds["write"] == 0.125
+    assert seconds["other"] == 0.03125
+
+
+def test_recording_is_what_sampling_takes_longer_with_features(tmp_path: Path) -> None:
+    measured = kit.measure(kit.KnownRenderer(), tmp_path)
+    for point in measured.points:
+        spp = point["samples_per_pixel"]
+        assert point["seconds"]["sampling"] == pytest.approx(kit.EACH * spp)
+        expected = 0.0 if point["variant"] == RAW else kit.RECORDING * spp
+        assert point["seconds"].get("recording", 0.0) == pytest.approx(expected)
+
+
+# ---- variants
+
+
+def test_installed_models_become_variants(monkeypatch: pytest.MonkeyPatch) -> None:
+    kit.install_models(monkeypatch, {"fast": {"title": "a small network"}, "full": {}})
+    fast, full = variants.denoise_models()
+    assert fast.name == "fast"
+    assert fast.title == "a small network"
+    assert full.settings == {"mbfeat:denoise:enable": "true", "mbfeat:denoise:model": "full"}
+    assert full.records
+
+
+def test_without_a_denoise_module_there_are_no_models(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(name: str) -> Any:
+        raise ModuleNotFoundError(f"No module named '{name}'", name=name)
+
+    monkeypatch.setattr(importlib, "import_module", missing)
+    assert variants.denoise_models() == []
+
+
+def test_variants_of_the_command_line() -> None:
+    variant = variants.parsed("few bounces:mbfeat:maxBounces=2,mbfeat:clampIndirect=10")
+    assert variant.name == "few bounces"
+    assert variant.settings == {"mbfeat:maxBounces": "2", "mbfeat:clampIndirect": "10"}
+    for bad in ("few", "few:", ":mbfeat:maxBounces=2", "few:mbfeat:maxBounces"):
+        with pytest.raises(VariantError, match="NAME:SETTING=VALUE"):
+            variants.parsed(bad)
+    with pytest.raises(VariantError, match="two variants"):
+        variants.check_names([variants.raw(), variants.raw()])
+
+
+# ---- front and answers
+
+
+def test_front_holds_all_that_nothing_beats(tmp_path: Path) -> None:
+    points = kit.measure(kit.KnownRenderer(), tmp_path).points
+    front = analysis.pareto(points, "relMSE")
+
+    def place(point: Any) -> tuple[float, float]:
+        return point["total_seconds"], point["errors"]["relMSE"]
+
+    assert front
+    for point in points:
+        beaten = [
+            other
+            for other in points
+            if place(other) != place(point)
+            and place(other)[0] <= place(point)[0]
+            and place(other)[1] <= place(point)[1]
+        ]
+        assert (point in front) == (not beaten)
+    assert [place(p)[1] for p in front] == sorted((place(p)[1] for p in front), reverse=True)
+
+
+def known_curves(tmp_path: Path) -> list[analysis.Curve]:
+    rows = kit.rows_of(kit.measure(kit.KnownRenderer(), tmp_path, seeds=5))
+    return analysis.curves(rows, "relMSE", OWN)
+
+
+def test_best_within_seconds_is_between_the_measured(tmp_path: Path) -> None:
+    found = known_curves(tmp_path)
+    seconds = kit.START + 32 * kit.EACH
+    answer = analysis.answer_seconds(found, seconds, "relMSE", 1e-6)
+    estimates = {row["variant"]: row for row in answer["variants"]}
+    # Five seeds of 6912 values: the median is within 3 %; samples are whole.
+    assert estimates[RAW]["spp"] == 32
+    assert estimates[RAW]["error"] == pytest.approx(kit.NOISE / 32, rel=0.05)
+    model = (seconds - kit.START - kit.INFERENCE) / (kit.EACH + kit.RECORDING)
+    assert estimates["paths"]["spp"] == pytest.approx(model, abs=1)
+    assert all(row["seconds"] <= seconds for row in answer["variants"])
+    assert answer["best"]["variant"] == "paths"
+    assert "paths" in answer["text"]
+    assert "interpolated" in answer["text"]
+
+
+def test_time_to_an_error_is_that_of_the_fastest_variant(tmp_path: Path) -> None:
+    found = known_curves(tmp_path)
+    answer = analysis.answer_error(found, kit.NOISE / 32, "relMSE", 1e-6)
+    estimates = {row["variant"]: row for row in answer["variants"]}
+    assert estimates[RAW]["spp"] == pytest.approx(32, rel=0.05)
+    assert estimates[RAW]["seconds"] == pytest.approx(kit.START + 32 * kit.EACH, rel=0.05)
+    assert all(row["error"] <= kit.NOISE / 32 for row in answer["variants"])
+    fastest = min(answer["variants"], key=lambda row: row["seconds"])
+    assert answer["best"] == fastest
+
+
+def test_nothing_is_claimed_of_a_reconstruction_beyond_what_was_measured(tmp_path: Path) -> None:
+    found = known_curves(tmp_path)
+    answer = analysis.answer_seconds(found, 200.0, "relMSE", 1e-6)
+    estimates = {row["variant"]: row for row in answer["variants"]}
+    assert estimates[RAW]["basis"] == "extrapolated"
+    assert estimates[RAW]["spp"] == pytest.approx((200.0 - kit.START) / kit.EACH, abs=1)
+    assert estimates["paths"]["spp"] == kit.RUNGS[-1]
+    assert estimates["paths"]["basis"] == "measured"
+
+
+def test_questions_without_an_answer_get_the_reason(tmp_path: Path) -> None:
+    found = known_curves(tmp_path)
+    none = analysis.answer_seconds(found, 0.5, "relMSE", 1e-6)
+    assert none["best"] is None
+    assert "no image" in none["text"]
+    never = analysis.answer_error(found, 1e-9, "relMSE", 1e-12)
+    assert never["best"] is None
+    assert "--spp" in never["text"]
+    near = analysis.answer_error(found, 0.01, "relMSE", 0.005)
+    assert "0.005 itself" in near["text"]
+    assert "not known" in analysis.answer_error(found, 0.01, "relMSE", None)["text"]
+
+
+# ---- what is shown
+
+
+def result(tmp_path: Path) -> tuple[dict[str, Any], list[crops.Crop]]:
+    measured = kit.measure(kit.KnownRenderer(), tmp_path / "kept")
+    rows = kit.rows_of(measured)
+    found = analysis.curves(rows, "relMSE", OWN)
+    seconds, _, shown = crops.crops(rows, measured, {OWN: kit.exact_reference()}, "relMSE")
+    made = {
+        "date": "2026-01-02",
+        "command": "./run mbfeat tradeoff room.usda --out DIR",
+        "scene": "room <1>",
+        "width": kit.WIDTH,
+        "height": kit.HEIGHT,
+        "threads": 2,
+        "seeds": 3,
+        "machine": {"cpu": "a processor", "load_average": [5.0, 6.0]},
+        "metric": "relMSE",
+        "epsilons": {"relMSE": 1e-4},
+        "reference": {"text": "Reference: truth.exr, given.", "noise": None},
+        "points": measured.points,
+        "rungs": rows,
+        "answers": [analysis.answer_seconds(found, 5.0, "relMSE", None)],
+        "crops": {"text": f"What {seconds} s buy."},
+        "left_out": {"cycles": "it is not installed"},
+    }
+    return made, shown
+
+
+def test_html_holds_everything_and_needs_no_other_file(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    from mbfeat.tradeoff import charts, web
+
+    made, shown = result(tmp_path)
+    chart = charts.png(made, shown, dpi=40)
+    assert chart.startswith(b"\x89PNG")
+    text = web.page(made, chart, shown)
+    assert re.findall(r'(?:src|href)="(?!data:)', text) == []
+    assert "http" not in text
+    assert text.count('src="data:image/png') == 1 + len(shown)
+    assert "room &lt;1&gt;" in text
+    assert made["answers"][0]["text"] in text
+    assert "busy with other work" in text
+    assert "it is not installed" in text
+    for row in made["rungs"]:
+        assert f"<td>{row['samples_per_pixel']}</td>" in text
+
+
+def test_csv_has_a_line_for_each_measurement(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    from mbfeat.tradeoff import web
+
+    made, _ = result(tmp_path)
+    rows = list(csv.DictReader(io.StringIO(web.csv_text(made["points"]))))
+    assert len(rows) == len(made["points"])
+    for row, point in zip(rows, made["points"], strict=True):
+        assert float(row["relMSE"]) == point["errors"]["relMSE"]
+        parts = sum(float(row[f"{phase}_seconds"]) for phase in PHASES)
+        assert parts == pytest.approx(float(row["total_seconds"]))
+
+
+def test_page_has_machine_answers_and_every_rung(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    made, _ = result(tmp_path)
+    text = page.page([made])
+    for wanted in ("2026-01-02", "a processor", "2 threads", made["answers"][0]["text"]):
+        assert wanted in text
+    assert "busy with other work" in text
+    tables = [line for line in text.splitlines() if line.startswith(("| raw |", "| paths |"))]
+    assert len(tables) == 2 * len(made["rungs"])
+
+
+def test_crops_are_of_one_window_and_at_most_the_time(tmp_path: Path) -> None:
+    measured = kit.measure(kit.KnownRenderer(), tmp_path)
+    rows = kit.rows_of(measured)
+    seconds, window, shown = crops.crops(rows, measured, {OWN: kit.exact_reference()}, "relMSE")
+    assert [crop.title for crop in shown] == ["reference", RAW, "paths"]
+    assert {crop.pixels.shape for crop in shown} == {(window.height, window.width, 3)}
+    _, chosen = crops.equal_time(rows)
+    assert all(row["total_seconds"]["median"] <= seconds for row in chosen)
+
+
+def test_the_shown_window_is_a_hard_one() -> None:
+    y = np.full((3, 60, 100), 0.5)
+    x = y.copy()
+    rng = np.random.default_rng(3)
+    x[:, 20:60, 60:100] += 0.2 * rng.standard_normal((3, 40, 40))
+    x[:, 2, 2] = 1e4  # one odd pixel makes no hard part
+    window = crops.hardest(x, y)
+    assert window.x >= 50
+    assert window.y >= 10

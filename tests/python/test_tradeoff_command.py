@@ -1,0 +1,285 @@
+"""``mbfeat tradeoff`` on stages, by small renders in processes of their own."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import tradeoff_kit
+from mbfeat import cli
+from mbfeat.metrics import NAMES
+from mbfeat.tradeoff import command, filters, inspection, page, renders, variants
+from mbfeat.tradeoff.renders import PHASES, StageRenderer, Subject, session_layer
+from rendering import EVERY_AOV
+
+STAGES = Path(__file__).resolve().parents[3] / "shared" / "stages"
+BALL = STAGES / "StandardShaderBall" / "standard_shader_ball_scene.usda"
+TEAPOT = STAGES / "Teapot" / "Teapot.usd"
+SMALL = ["--spp", "1,4", "--seeds", "1", "--reference-spp", "8", "--only", "raw"]
+FILES = {"tradeoff.json", "tradeoff.csv", "tradeoff.html", "tradeoff.png"}
+
+pytestmark = pytest.mark.skipif(
+    importlib.util.find_spec("matplotlib") is None, reason="charts need matplotlib"
+)
+
+Run = Callable[..., tuple[int, dict[str, Any], str, str]]
+
+
+@pytest.fixture
+def run(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> Run:
+    """Runs the command; returns exit code, tradeoff.json, and what it printed."""
+
+    def runner(*arguments: str | Path, out: str = "out") -> tuple[int, dict[str, Any], str, str]:
+        folder = tmp_path / out
+        capfd.readouterr()
+        code = cli.main(["tradeoff", "--out", str(folder), *map(str, arguments)])
+        said = capfd.readouterr()
+        file = folder / "tradeoff.json"
+        made = json.loads(file.read_text()) if file.exists() else {}
+        return code, made, said.out, said.err
+
+    return runner
+
+
+def test_a_stage_is_measured_and_nothing_is_rendered_twice(
+    run: Run, scenes: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stage = scenes / "interior.usda"
+    few = "few bounces:mbfeat:maxBounces=0"
+    arguments = [stage, "--width", "32", *SMALL, "--variant", few]
+    arguments[arguments.index("raw")] = "few bounces"
+    code, made, out, _ = run(*arguments, "--seconds", "1000", "--error", "0.001")
+    assert code == 0
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {*FILES, "kept"}
+    points = made["points"]
+    assert [(p["variant"], p["samples_per_pixel"]) for p in points] == [
+        ("raw", 1),
+        ("few bounces", 1),
+        ("raw", 4),
+        ("few bounces", 4),
+    ]
+    for point in points:
+        assert set(point["seconds"]) == set(PHASES)
+        assert sum(point["seconds"].values()) == pytest.approx(point["total_seconds"])
+        assert point["seconds"]["load"] > 0.0
+        assert point["seconds"]["sampling"] > 0.0
+        assert set(point["errors"]) == set(NAMES)
+    assert all(point in points for point in made["pareto"])
+    assert made["reference"]["noise"]["relMSE"] > 0.0
+    assert made["reference"]["samples_per_pixel"] == 8
+    seconds, error = made["answers"]
+    assert (seconds["question"], seconds["asked"]) == ("seconds", 1000.0)
+    assert (error["question"], error["asked"]) == ("error", 0.001)
+    assert "mbfeat:samplesPerPixel" in seconds["command"]
+    # Without bounces it is only the lights that are seen: nearly all of the brightness is missing.
+    bias = {row["variant"]: row["bias"]["median"] for row in made["rungs"]}
+    assert bias["few bounces"] < -0.5
+    assert abs(bias["raw"]) < 0.2
+    assert "Without --reference" in out
+    assert "8 samples a pixel" in out
+    assert "epsilon" in out
+
+    def refuse(*_: Any) -> Any:
+        raise AssertionError("it was rendered before")
+
+    monkeypatch.setattr(StageRenderer, "render", refuse)
+    code, again, _, _ = run(*arguments)
+    assert code == 0
+    assert again["points"] == points
+
+
+def test_a_stage_without_render_settings_and_a_given_reference(run: Run, tmp_path: Path) -> None:
+    """The camera is chosen on the command line; the reference is a render of usdrecord's."""
+    stage = tmp_path / "plain.usda"
+    stage.write_text(PLAIN, encoding="utf-8")
+    facts = inspection.inspect(stage, "/Eye")
+    assert facts.settings == ""
+    image, second = tmp_path / "a.exr", tmp_path / "b.exr"
+    subject = Subject(stage, facts, 24, 16, (), 1, (0,))
+    for seed, file in enumerate((image, second)):
+        shot = StageRenderer(subject).render(variants.raw(), 16, 1000 + seed)
+        save_exr(file, shot.image)
+    arguments = [stage, "--camera", "/Eye", *SMALL]
+    code, made, _, _ = run(*arguments, "--reference", image, "--reference", second)
+    assert code == 0
+    assert (made["width"], made["height"]) == (24, 16)
+    assert made["reference"]["kind"] == "given"
+    assert made["reference"]["noise"]["MSE"] >= 0.0
+    code, made, _, _ = run(*arguments, "--reference", image)
+    assert code == 0
+    assert made["reference"]["noise"] is None
+    assert "not known" in made["answers"][0]["text"]
+    code, _, _, err = run(*arguments, "--reference", image, "--width", "30")
+    assert code == 2
+    assert "24 pixels wide" in err
+
+
+def test_what_is_asked_for_wrongly_is_said_before_anything_is_rendered(
+    run: Run, scenes: Path, tmp_path: Path
+) -> None:
+    stage = scenes / "interior.usda"
+    empty = tmp_path / "empty.usda"
+    empty.write_text("#usda 1.0\n", encoding="utf-8")
+    for arguments, code, words in (
+        ([tmp_path / "none.usda"], 2, "there is no such file"),
+        ([stage, "--spp", "many"], 2, "--spp many"),
+        ([stage, "--metric", "beauty"], 2, "relMSE"),
+        ([stage, "--seconds", "0"], 2, "above zero"),
+        ([stage, "--set", "mbfeat:maxBounce=1"], 2, "mbfeat:maxBounces"),
+        ([stage, "--variant", "few"], 2, "NAME:SETTING=VALUE"),
+        ([stage, "--camera", "/Nowhere"], 1, "/World/Camera"),
+        ([stage, "--reference", empty], 1, "could not be read as an EXR file"),
+        ([empty], 1, "the stage has no camera"),
+    ):
+        found, _, _, err = run(*arguments)
+        assert found == code, err
+        assert words in err, err
+        assert "Traceback" not in err
+
+
+def test_interrupted_runs_say_how_to_go_on(
+    run: Run, scenes: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(*_: Any) -> Any:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(StageRenderer, "render", stop)
+    code, _, _, err = run(scenes / "interior.usda", *SMALL)
+    assert code == 130
+    assert "the same command goes on" in err
+
+
+def test_an_installed_model_is_measured_through_render_settings(
+    run: Run, scenes: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tradeoff_kit.install_models(monkeypatch, {"paths": {"title": "six vertices"}})
+    known = tradeoff_kit.KnownRenderer()
+    monkeypatch.setattr(command, "StageRenderer", lambda *_: known)
+    arguments = ["--spp", "1,4", "--seeds", "2", "--reference-spp", "8", "--only", "paths"]
+    code, made, _, _ = run(scenes / "interior.usda", "--width", "64", *arguments)
+    assert code == 0
+    assert {p["variant"] for p in made["points"]} == {"raw", "paths"}
+    settings = made["variants"]["paths"]["settings"]
+    assert settings == {"mbfeat:denoise:enable": "true", "mbfeat:denoise:model": "paths"}
+    assert made["variants"]["paths"]["title"] == "six vertices"
+
+
+def test_session_layer_replaces_the_products_of_the_stage(tmp_path: Path, scenes: Path) -> None:
+    from pxr import Sdf, Usd
+
+    facts = inspection.StageFacts("/Render/Settings", "/World/Camera", 640, 360, 1.8, [])
+    subject = Subject(scenes / "interior.usda", facts, 32, 18, (), 1, (0,))
+    session = Sdf.Layer.CreateAnonymous(".usda")
+    assert session.ImportFromString(
+        session_layer(subject, tmp_path / "product.exr", variants.FIRST_NON_DELTA)
+    )
+    stage = Usd.Stage.Open(Sdf.Layer.FindOrOpen(str(subject.stage)), session)
+    settings = stage.GetPrimAtPath("/Render/Settings")
+    (product,) = settings.GetRelationship("products").GetTargets()
+    assert tuple(stage.GetPrimAtPath(product).GetAttribute("resolution").Get()) == (32, 18)
+    wanted = stage.GetPrimAtPath(product).GetRelationship("orderedVars").GetTargets()
+    sources = [stage.GetPrimAtPath(path).GetAttribute("sourceName").Get() for path in wanted]
+    assert sources == ["color", *variants.FIRST_NON_DELTA]
+
+
+def test_features_of_filters_are_aovs() -> None:
+    for variant in variants.open_image_denoise():
+        assert set(variant.features) <= set(EVERY_AOV)
+        assert variant.filter in filters.RECIPES
+
+
+@pytest.mark.skipif(filters.interpreter() is None, reason="pyoidn is not installed")
+def test_open_image_denoise_filters_in_a_process_of_its_own(scenes: Path) -> None:
+    stage = scenes / "interior.usda"
+    subject = Subject(stage, inspection.inspect(stage), 64, 36, (), 1, (0,))
+    python = filters.interpreter()
+    assert python is not None
+    with filters.OidnProcess(python, 1, (0,)) as apply:
+        renderer = StageRenderer(subject, apply)
+        raw = renderer.render(variants.raw(), 4, 1)
+        for variant in variants.open_image_denoise():
+            shot = renderer.render(variant, 4, 1)
+            assert shot.seconds["inference"] > 0.0
+            assert shot.image.shape == raw.image.shape
+            # Neighbours are more alike, and the brightness stays.
+            assert roughness(shot.image) < 0.5 * roughness(raw.image)
+            assert shot.image.mean() == pytest.approx(raw.image.mean(), rel=0.1)
+
+
+@pytest.mark.skipif(not BALL.is_file(), reason=f"there is no {BALL}")
+def test_a_stage_by_other_people_is_measured(run: Run) -> None:
+    code, made, _, _ = run(BALL, "--width", "32", *SMALL)
+    assert code == 0
+    assert made["points"]
+    assert all(np.isfinite(list(p["errors"].values())).all() for p in made["points"])
+
+
+@pytest.mark.skipif(not TEAPOT.is_file(), reason=f"there is no {TEAPOT}")
+def test_a_stage_without_a_camera_is_refused_with_advice(run: Run) -> None:
+    code, _, _, err = run(TEAPOT, *SMALL)
+    assert code == 1
+    assert "Teapot.usd" in err
+    assert "camera" in err
+
+
+def test_page_is_written_from_folders(
+    run: Run, scenes: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(command, "StageRenderer", lambda *_: tradeoff_kit.KnownRenderer())
+    code, made, _, _ = run(scenes / "interior.usda", "--width", "64", *SMALL)
+    assert code == 0
+    monkeypatch.setattr(page, "DOCS", tmp_path / "docs")
+    assert cli.main(["tradeoff", "--page", str(tmp_path / "out")]) == 0
+    text = (tmp_path / "docs" / "accuracy.md").read_text()
+    assert made["machine"]["cpu"] in text
+    assert "images/accuracy-interior.png" in text
+    assert (tmp_path / "docs" / "images" / "accuracy-interior.png").stat().st_size > 0
+
+
+def test_a_failed_render_is_told_in_the_words_of_usdrecord(scenes: Path) -> None:
+    stage = scenes / "interior.usda"
+    subject = Subject(stage, inspection.inspect(stage), 16, 9, (), 1, (0,))
+    bad = variants.Variant("bad", "", {"mbfeat:maxBounces": "-1"})
+    with pytest.raises(renders.RenderError, match=r"bad, 1 samples: .*maxBounces"):
+        StageRenderer(subject).render(bad, 1, 1)
+
+
+def roughness(image: np.ndarray) -> float:
+    """How much neighbours differ."""
+    return float(np.abs(np.diff(image, axis=2)).mean())
+
+
+def save_exr(path: Path, image: np.ndarray) -> None:
+    import OpenEXR
+
+    channels = {name: np.ascontiguousarray(image[i]) for i, name in enumerate("RGB")}
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    OpenEXR.File(header, channels).write(str(path))
+
+
+PLAIN = """#usda 1.0
+def Camera "Eye"
+{
+    float focalLength = 20
+    float horizontalAperture = 24
+    float verticalAperture = 16
+    double3 xformOp:translate = (0, 0, 4)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+def Sphere "Ball"
+{
+}
+def DistantLight "Sun"
+{
+    float inputs:intensity = 3
+}
+def DomeLight "Sky"
+{
+}
+"""
