@@ -266,6 +266,8 @@ def result(tmp_path: Path) -> tuple[dict[str, Any], list[crops.Crop]]:
         "metric": "relMSE",
         "epsilons": {"relMSE": 1e-4},
         "reference": {"text": "Reference: truth.exr, given.", "noise": None},
+        "references": {"cycles": {"text": "Reference: 64 samples a pixel."}},
+        "variants": {"paths": {"title": "a model of six vertices"}},
         "points": measured.points,
         "rungs": rows,
         "answers": [analysis.answer_seconds(found, 5.0, "relMSE", None)],
@@ -290,6 +292,8 @@ def test_html_holds_everything_and_needs_no_other_file(tmp_path: Path) -> None:
     assert made["answers"][0]["text"] in text
     assert "busy with other work" in text
     assert "it is not installed" in text
+    assert "cycles: Reference: 64 samples a pixel." in text
+    assert "a model of six vertices" in text
     for row in made["rungs"]:
         assert f"<td>{row['samples_per_pixel']}</td>" in text
 

@@ -27,7 +27,11 @@ SETTINGS = {
     "mbfeat:clampDirect": "0",
     "mbfeat:clampIndirect": "0",
 }
-TITLES = {"mitsuba": "the path integrator of Mitsuba 3", "cycles": "the path tracer of Cycles"}
+# What they are, and the package that has their version.
+TITLES = {
+    "mitsuba": ("the path integrator of Mitsuba 3", "mitsuba"),
+    "cycles": ("the path tracer of Cycles", "bpy"),
+}
 
 
 class PeersError(Exception):
@@ -71,7 +75,16 @@ def set_up(names: Sequence[str]) -> None:
 
 def variants(names: Sequence[str]) -> list[Variant]:
     """One for each peer."""
-    return [Variant(name, TITLES.get(name, name), renderer=name) for name in names]
+    from mbfeat.devtools.layout import this_layout
+
+    found = []
+    for name in names:
+        title, package = TITLES[name]
+        pinned = this_layout().devtools / f"requirements-{name}.txt"
+        lines = pinned.read_text(encoding="utf-8").splitlines()
+        version = next(line for line in lines if line.startswith(f"{package}=="))
+        found.append(Variant(name, f"{title} ({version})", renderer=name, version=version))
+    return found
 
 
 class PeerStage:
@@ -115,7 +128,6 @@ class PeerRenderer:
         self._stack = stack
         self._process: Any = None
         self._load = self._first = 0.0
-        self.version = ""
 
     def render(self, variant: Variant, spp: int, seed: int) -> Shot:
         """See renders.Renderer; the number of samples has to be a power of 4 for some."""
@@ -143,7 +155,6 @@ class PeerRenderer:
         )
         self._process = self._stack.enter_context(process)
         self._load = clock() - started
-        self.version = process.version
         took = []
         for _ in range(2):
             started = clock()

@@ -19,6 +19,8 @@ from mbfeat.tradeoff.variants import RAW, Variant
 RUNGS = (1, 4, 16, 64, 256)
 REFERENCE_FACTOR = 16  # samples of a rendered reference by those of the last rung
 WIDTH = 320
+# A ladder of samples is one only where nothing else ends a render.
+FIXED = {"mbfeat:targetError": "0", "mbfeat:timeLimit": "0"}
 NEEDED = ("matplotlib", "OpenEXR")
 
 
@@ -115,12 +117,15 @@ def subject(options: argparse.Namespace, file: Path) -> Subject:
 
 
 def _settings(options: argparse.Namespace) -> tuple[tuple[str, str], ...]:
+    from mbfeat import _core
     from mbfeat.options import check_overrides
 
     given, problems = check_overrides(options.overrides)
     if problems:
         raise UsageError("; ".join(problems))
-    alike = peers.SETTINGS if options.peers is not None else {}
+    known = {setting.name for setting in _core.setting_table()}
+    alike = {name: value for name, value in FIXED.items() if name in known}
+    alike |= peers.SETTINGS if options.peers is not None else {}
     return tuple((alike | dict(given)).items())
 
 

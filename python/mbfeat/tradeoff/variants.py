@@ -27,7 +27,8 @@ class Variant:
     """One way to an image.
 
     `settings` are render settings over the stage's, `features` the AOVs that the render writes for
-    the `filter` that is applied to it afterwards: a key of `filters.RECIPES`, or none.
+    the `filter` that is applied to it afterwards: a key of `filters.RECIPES`, or none. `version` is
+    that of another renderer.
     """
 
     name: str  # in tables and in the JSON
@@ -36,6 +37,7 @@ class Variant:
     features: tuple[str, ...] = ()
     filter: str = ""
     renderer: str = OWN
+    version: str = ""
 
     @property
     def records(self) -> bool:
@@ -50,6 +52,7 @@ class Variant:
             "features": list(self.features),
             "filter": self.filter,
             "renderer": self.renderer,
+            "version": self.version,
         }
 
 

@@ -14,6 +14,7 @@ from mbfeat.tradeoff.analysis import Rung
 from mbfeat.tradeoff.charts import colours, image_png
 from mbfeat.tradeoff.crops import Crop
 from mbfeat.tradeoff.renders import MEANING, PHASES
+from mbfeat.tradeoff.variants import OWN, RAW
 from mbfeat.tradeoff.wording import number
 
 STYLE = """
@@ -96,11 +97,13 @@ def about(result: Mapping[str, Any]) -> list[str]:
         f"{result['date']}; {machine['cpu']}, {result['threads']} threads; "
         f"{result['width']} x {result['height']} pixels; {result['seeds']} seeds.",
         result["reference"]["text"],
+        *(f"{name}: {made['text']}" for name, made in result["references"].items() if name != OWN),
+        *(f"{name}: {made['title']}." for name, made in result["variants"].items() if name != RAW),
         "Errors are of linear radiance: relMSE, tonemappedRelMSE and relL1 with an epsilon of "
         f"{result['epsilons']['relMSE']:g}, added to the square or magnitude of the reference; "
         "DSSIM and FLIP are of the sRGB image. Bias is the difference of mean brightness, by that "
         "of the reference; squared bias is the part of the relMSE that averaging more seeds would "
-        "leave.",
+        "leave, and holds the noise of the reference.",
     ]
     if max(load) > result["threads"] + 0.5:
         lines.append(
