@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +14,16 @@ import pytest
 
 import tradeoff_kit
 from mbfeat import cli
+from mbfeat.devtools.layout import this_layout
 from mbfeat.metrics import NAMES
-from mbfeat.tradeoff import command, filters, inspection, page, renders, variants
+from mbfeat.tradeoff import command, filters, inspection, page, peers, renders, variants
 from mbfeat.tradeoff.renders import PHASES, StageRenderer, Subject, session_layer
 from rendering import EVERY_AOV
 
 STAGES = Path(__file__).resolve().parents[3] / "shared" / "stages"
 BALL = STAGES / "StandardShaderBall" / "standard_shader_ball_scene.usda"
 TEAPOT = STAGES / "Teapot" / "Teapot.usd"
+MITSUBA = this_layout().peers / "mitsuba" / "bin" / "python"
 SMALL = ["--spp", "1,4", "--seeds", "1", "--reference-spp", "8", "--only", "raw"]
 FILES = {"tradeoff.json", "tradeoff.csv", "tradeoff.html", "tradeoff.png"}
 
@@ -210,6 +213,36 @@ def test_open_image_denoise_filters_in_a_process_of_its_own(scenes: Path) -> Non
             # Neighbours are more alike, and the brightness stays.
             assert roughness(shot.image) < 0.5 * roughness(raw.image)
             assert shot.image.mean() == pytest.approx(raw.image.mean(), rel=0.1)
+
+
+@pytest.mark.skipif(not MITSUBA.exists(), reason="Mitsuba 3 is not installed (--peers)")
+def test_a_peer_renders_the_same_scene_and_counts_its_start(scenes: Path) -> None:
+    with ExitStack() as stack:
+        stage = scenes / "bench" / "room.usda"
+        settings = tuple(peers.SETTINGS.items())
+        subject = Subject(stage, inspection.inspect(stage), 48, 27, settings, 1, (0,))
+        (variant,) = peers.variants(["mitsuba"])
+        peer = peers.PeerRenderer("mitsuba", peers.PeerStage(stage), (48, 27), 1, (0,), stack)
+        theirs = peer.render(variant, 64, 1)
+        ours = StageRenderer(subject).render(variants.raw(), 64, 1)
+    assert theirs.seconds["load"] > 0.0
+    assert theirs.seconds["sampling"] > 0.0
+    assert theirs.image.shape == ours.image.shape
+    # The two renderers' means agree to 0.5 % when converged; the noise of either is below 1 %.
+    assert theirs.image.mean() == pytest.approx(ours.image.mean(), rel=0.03)
+
+
+def test_a_stage_that_cannot_be_translated_is_measured_without_peers(
+    run: Run, scenes: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(command, "StageRenderer", lambda *_: tradeoff_kit.KnownRenderer())
+    monkeypatch.setattr(peers, "set_up", lambda _: None)
+    code, made, out, _ = run(scenes / "cockpit.usda", "--peers", "--width", "64", *SMALL)
+    assert code == 0
+    assert {point["variant"] for point in made["points"]} == {"raw"}
+    assert set(made["left_out"]) == {"mitsuba", "cycles"}
+    assert "only MBFeat is measured" in out
+    assert made["settings"]["mbfeat:pixelFilter"] == "box"
 
 
 @pytest.mark.skipif(not BALL.is_file(), reason=f"there is no {BALL}")

@@ -10,7 +10,7 @@ from mbfeat.metrics import all_metrics
 from mbfeat.metrics.bias import brightness_bias
 from mbfeat.tradeoff.kept import Keep, digest
 from mbfeat.tradeoff.reference import Reference, Tell
-from mbfeat.tradeoff.renders import Image, Renderer, RenderError, Shot
+from mbfeat.tradeoff.renders import PHASES, Image, Renderer, RenderError, Shot
 from mbfeat.tradeoff.variants import RAW, Variant
 from mbfeat.tradeoff.wording import duration, samples
 
@@ -139,7 +139,7 @@ class Ladder:
             "samples_per_pixel": task.spp,
             "seed": task.random_seed,
             "total_seconds": shot.total,
-            "seconds": dict(shot.seconds),
+            "seconds": {phase: shot.seconds.get(phase, 0.0) for phase in PHASES},
             "errors": errors,
             "bias": bias,
             "records": task.variant.records,
