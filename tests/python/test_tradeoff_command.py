@@ -268,6 +268,7 @@ def test_page_is_written_from_folders(
     code, made, _, _ = run(scenes / "interior.usda", "--width", "64", *SMALL)
     assert code == 0
     monkeypatch.setattr(page, "DOCS", tmp_path / "docs")
+    assert cli.main(["tradeoff", "--page", str(tmp_path / "none")]) == 1
     assert cli.main(["tradeoff", "--page", str(tmp_path / "out")]) == 0
     text = (tmp_path / "docs" / "accuracy.md").read_text()
     assert made["machine"]["cpu"] in text

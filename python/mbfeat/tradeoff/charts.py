@@ -46,7 +46,7 @@ def png(result: Mapping[str, Any], crops: Sequence[Crop], *, dpi: int = 110) -> 
     rows: list[Rung] = result["rungs"]
     figure = Figure(figsize=(14.0, 9.4), layout="constrained", facecolor="white")
     FigureCanvasAgg(figure)
-    columns = 2 if len(crops) > 4 else 1
+    columns = 2 if len(crops) > 3 else 1
     grid = figure.add_gridspec(2, 2, width_ratios=(2.5, 0.62 * columns + 0.3), height_ratios=(3, 2))
     _errors(figure.add_subplot(grid[0, 0]), result)
     _breakdown(figure.add_subplot(grid[1, 0]), _bars(rows))

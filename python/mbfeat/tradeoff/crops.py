@@ -17,6 +17,7 @@ from mbfeat.tradeoff.variants import OWN, RAW
 from mbfeat.tradeoff.wording import number, samples
 
 Image = NDArray[np.floating]
+LEAST_CONTRAST = 0.02  # counts for flat parts
 
 
 @dataclass(frozen=True)
@@ -43,13 +44,15 @@ class Crop:
 
 
 def hardest(image: Image, reference: Image) -> Window:
-    """A fifth of the width, square, where the relative error is large but not by a few pixels.
+    """A fifth of the width, square, where the error is large and there is something to see.
 
-    The third quartile of the blocks, in order of their median error, is hard without being odd.
+    Windows are weighed by the median of their relative error, which a few odd pixels do not move,
+    times the contrast of the reference as a display shows it.
     """
     height, width = reference.shape[1:]
     side = max(min(width // 5, height, width), min(8, width, height))
     error = np.asarray((image - reference) ** 2 / (reference**2 + EPSILON)).mean(axis=0)
+    shown = srgb(np.asarray(reference, dtype=np.float64))
     step = max(side // 2, 1)
     windows = [
         Window(x, y, side, side)
@@ -57,11 +60,11 @@ def hardest(image: Image, reference: Image) -> Window:
         for x in range(0, width - side + 1, step)
     ]
 
-    def typical(window: Window) -> float:
-        return float(np.median(window.of(error[None])))
+    def weight(window: Window) -> float:
+        contrast = window.of(shown).std(axis=(1, 2)).mean()
+        return float(np.median(window.of(error[None])) * (LEAST_CONTRAST + contrast))
 
-    ordered = sorted(windows, key=typical)
-    return ordered[min(int(0.9 * len(ordered)), len(ordered) - 1)]
+    return max(windows, key=weight)
 
 
 def equal_time(rows: Sequence[Rung]) -> tuple[float, list[Rung]]:

@@ -36,7 +36,8 @@ render: an interrupted run goes on where it was, and a run against another refer
 nothing again. Every render is a process of its own; variants take turns, with the same random
 numbers at the same number of samples. Recording is what the sampling of a render with features
 takes longer than that of the raw image. Open Image Denoise counts its device and its filter, not
-the start of its process.
+the start of its process. A peer's process is started once for all of its images; its start, the
+loading of the translated stage and what its first render takes longer count with each of them.
 
 Without `--reference` the truth is a render of many more samples, from other random numbers. It
 costs the most of the run, and what MBFeat gets wrong in every render does not show against it. Its
@@ -49,6 +50,11 @@ def write(folders: Sequence[Path]) -> Path:
     """Writes the page and its pictures; returns the page. Raises OSError for missing results."""
     results = []
     for folder in folders:
+        if not (folder / "tradeoff.json").is_file():
+            raise FileNotFoundError(
+                f"--page: {folder} has no tradeoff.json; measure first: mbfeat tradeoff STAGE "
+                f"--out {folder}"
+            )
         made = json.loads((folder / "tradeoff.json").read_text(encoding="utf-8"))
         write_whole(DOCS / "images" / picture(made), (folder / "tradeoff.png").read_bytes())
         results.append(made)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 
 def number(value: float) -> str:
-    """Three digits."""
-    return f"{value:.3g}"
+    """Three digits, and all of those before the point of a number that has up to six."""
+    return f"{value:.0f}" if 1000 <= abs(value) < 1e6 else f"{value:.3g}"
 
 
 def samples(spp: int) -> str:
