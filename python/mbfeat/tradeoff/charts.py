@@ -214,10 +214,9 @@ def _breakdown(axes: Axes, rows: Sequence[Rung]) -> None:
                     color="white" if phase in ("build", "sampling", "inference") else INK,
                 )
         left += share
-    for place, total in zip(places, totals, strict=True):
-        axes.text(
-            101, float(place), f"{number(float(total))} s", va="center", fontsize=7, color=INK
-        )
+    for line, row in enumerate(rows):
+        total = f"{number(row['total_seconds']['median'])} s"
+        axes.text(101, line, total, va="center", fontsize=7, color=INK)
     axes.set_yticks(places, labels, fontsize=7)
     axes.invert_yaxis()
     axes.set_xlim(0, 109)
