@@ -26,19 +26,22 @@ def brightness_bias(image: NDArray[np.floating], reference: NDArray[np.floating]
 
 
 def squared_bias(
-    images: Sequence[NDArray[np.floating]], reference: NDArray[np.floating]
+    images: Sequence[NDArray[np.floating]],
+    reference: NDArray[np.floating],
+    floor: float = 0.0,
 ) -> float | None:
     """The part of the relMSE that averaging images of more seeds would not take away.
 
-    An unbiased estimate, so it is around zero, and may be below it, where there is none. It holds
-    the noise of the reference. None for a single image.
+    An unbiased estimate, so it is around zero, and may be below it, where there is none. `floor` is
+    the relMSE of the reference itself, which is no bias of the images. None for a single image.
     """
     if len(images) < 2:
         return None
     stack = np.stack([np.asarray(image, dtype=np.float64) for image in images])
     y = np.asarray(reference, dtype=np.float64)
     noise = stack.var(axis=0, ddof=1) / len(images)
-    return float((((stack.mean(axis=0) - y) ** 2 - noise) / (y**2 + EPSILON)).mean())
+    found = ((stack.mean(axis=0) - y) ** 2 - noise) / (y**2 + EPSILON)
+    return float(found.mean()) - floor
 
 
 def noise_floor(first: Image, second: Image) -> dict[str, float]:

@@ -67,7 +67,9 @@ def _rung(
         },
         "errors": errors,
         "bias": spread(point["bias"] for point in points),
-        "squared_bias": squared_bias(measured.images[variant.name, spp], reference.image),
+        "squared_bias": squared_bias(
+            measured.images[variant.name, spp], reference.image, floor.get("relMSE", 0.0)
+        ),
         "near_floor": {
             name: errors[name]["median"] < NEAR_FLOOR * own for name, own in floor.items()
         },

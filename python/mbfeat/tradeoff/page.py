@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from mbfeat.tradeoff.web import about
 from mbfeat.tradeoff.wording import number
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
+WIDTH = 100
 COLUMNS = ("relMSE", "tonemappedRelMSE", "MSE", "relL1", "L1", "FLIP")
 INTRODUCTION = """\
 # What accuracy costs
@@ -79,13 +81,16 @@ def page(results: Sequence[Mapping[str, Any]]) -> str:
 def _section(made: Mapping[str, Any]) -> list[str]:
     scene = made["scene"]
     lines = [f"## {scene}", "", f"    {made['command']}", ""]
-    lines += [*about(made), "", f"![Error against seconds of {scene}](images/{picture(made)})", ""]
-    lines += [f"- {answer['text']}" for answer in made["answers"]]
+    for paragraph in about(made):
+        lines += [textwrap.fill(paragraph, WIDTH), ""]
+    lines += [f"![Error against seconds of {scene}](images/{picture(made)})", ""]
+    for answer in made["answers"]:
+        lines.append(textwrap.fill(f"- {answer['text']}", WIDTH, subsequent_indent="  "))
     lines += ["", "Medians; on the front, no other has less error in less time.", ""]
     lines += _table(made)
     lines += ["", "Seconds, medians:", "", *_seconds(made)]
-    left = made["left_out"]
-    lines += ["", *(f"Left out: {name}: {reason}" for name, reason in left.items())] if left else []
+    for name, reason in made["left_out"].items():
+        lines += ["", textwrap.fill(f"Left out: {name}: {reason}", WIDTH)]
     return lines
 
 

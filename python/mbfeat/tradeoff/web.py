@@ -103,12 +103,13 @@ def about(result: Mapping[str, Any]) -> list[str]:
         f"{result['epsilons']['relMSE']:g}, added to the square or magnitude of the reference; "
         "DSSIM and FLIP are of the sRGB image. Bias is the difference of mean brightness, by that "
         "of the reference; squared bias is the part of the relMSE that averaging more seeds would "
-        "leave, and holds the noise of the reference.",
+        "leave, less the noise of the reference where that is known.",
     ]
     if max(load) > result["threads"] + 0.5:
         lines.append(
             f"The machine was busy with other work (load average {load[0]:.1f} at the start, "
-            f"{load[1]:.1f} at the end): the seconds are too many, and noisy."
+            f"{load[1]:.1f} at the end): the seconds are too many, and noisy. "
+            "On a quiet machine the same command gives better ones."
         )
     return lines
 
