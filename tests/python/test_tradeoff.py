@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import importlib
 import io
 import re
 from pathlib import Path
@@ -16,6 +15,7 @@ import tradeoff_kit as kit
 from mbfeat.metrics import NAMES, all_metrics
 from mbfeat.metrics.bias import squared_bias
 from mbfeat.tradeoff import analysis, crops, page, variants
+from mbfeat.tradeoff.measure import split_recording
 from mbfeat.tradeoff.renders import PHASES, RenderError, phases
 from mbfeat.tradeoff.variants import OWN, RAW, VariantError
 
@@ -143,23 +143,28 @@ def test_recording_is_what_sampling_takes_longer_with_features(tmp_path: Path) -
         assert point["seconds"].get("recording", 0.0) == pytest.approx(expected)
 
 
+def test_recording_that_the_renderer_tells_counts_at_least() -> None:
+    raw = {"variant": RAW, "samples_per_pixel": 4, "seed": 1, "records": False}
+    raw |= {"seconds": {"sampling": 2.0, "recording": 0.0}}
+    for told, sampling, expected in ((0.5, 2.0, 0.5), (0.5, 3.0, 1.5), (0.25, 1.5, 0.25)):
+        seconds = {"sampling": sampling, "recording": told}
+        point = raw | {"variant": "paths", "records": True, "seconds": seconds}
+        split_recording([raw, point])
+        assert seconds["recording"] == pytest.approx(expected)
+        assert sum(seconds.values()) == pytest.approx(sampling + told)
+
+
 # ---- variants
 
 
 def test_installed_models_become_variants(monkeypatch: pytest.MonkeyPatch) -> None:
-    kit.install_models(monkeypatch, {"fast": {"title": "a small network"}, "full": {}})
+    kit.install_models(monkeypatch, {"fast": "firstHit", "full": "extended"})
     fast, full = variants.denoise_models()
-    assert fast.name == "fast"
-    assert fast.title == "a small network"
-    assert full.settings == {"mbfeat:denoise:enable": "true", "mbfeat:denoise:model": "full"}
+    assert (fast.name, full.name) == ("fast", "full")
+    assert "firstHit" in fast.title
+    assert full.settings == {"mbfeat:denoise:enabled": "true", "mbfeat:denoise:model": "full"}
     assert full.records
-
-
-def test_without_a_denoise_module_there_are_no_models(monkeypatch: pytest.MonkeyPatch) -> None:
-    def missing(name: str) -> Any:
-        raise ModuleNotFoundError(f"No module named '{name}'", name=name)
-
-    monkeypatch.setattr(importlib, "import_module", missing)
+    kit.install_models(monkeypatch, {})
     assert variants.denoise_models() == []
 
 

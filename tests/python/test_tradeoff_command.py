@@ -161,7 +161,7 @@ def test_interrupted_runs_say_how_to_go_on(
 def test_an_installed_model_is_measured_through_render_settings(
     run: Run, scenes: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    tradeoff_kit.install_models(monkeypatch, {"paths": {"title": "six vertices"}})
+    tradeoff_kit.install_models(monkeypatch, {"paths": "multiBounce"})
     known = tradeoff_kit.KnownRenderer()
     monkeypatch.setattr(command, "StageRenderer", lambda *_: known)
     arguments = ["--spp", "1,4", "--seeds", "2", "--reference-spp", "8", "--only", "paths"]
@@ -169,8 +169,8 @@ def test_an_installed_model_is_measured_through_render_settings(
     assert code == 0
     assert {p["variant"] for p in made["points"]} == {"raw", "paths"}
     settings = made["variants"]["paths"]["settings"]
-    assert settings == {"mbfeat:denoise:enable": "true", "mbfeat:denoise:model": "paths"}
-    assert made["variants"]["paths"]["title"] == "six vertices"
+    assert settings == {"mbfeat:denoise:enabled": "true", "mbfeat:denoise:model": "paths"}
+    assert "multiBounce" in made["variants"]["paths"]["title"]
 
 
 def test_session_layer_replaces_the_products_of_the_stage(tmp_path: Path, scenes: Path) -> None:
@@ -195,6 +195,21 @@ def test_features_of_filters_are_aovs() -> None:
     for variant in variants.open_image_denoise():
         assert set(variant.features) <= set(EVERY_AOV)
         assert variant.filter in filters.RECIPES
+
+
+def test_a_network_of_mbfeat_reconstructs_and_its_seconds_are_told_apart(scenes: Path) -> None:
+    found = variants.denoise_models()
+    if not found:
+        pytest.skip("ONNX Runtime is not installed")
+    stage = scenes / "interior.usda"
+    subject = Subject(stage, inspection.inspect(stage), 64, 36, (), 1, (0,))
+    raw = StageRenderer(subject).render(variants.raw(), 4, 1)
+    shot = StageRenderer(subject).render(found[0], 4, 1)
+    assert shot.seconds["inference"] > 0.0
+    assert shot.seconds["splat"] > 0.0
+    assert raw.seconds["inference"] == raw.seconds["splat"] == 0.0
+    assert roughness(shot.image) < 0.6 * roughness(raw.image)
+    assert shot.image.mean() == pytest.approx(raw.image.mean(), rel=0.1)
 
 
 @pytest.mark.skipif(filters.interpreter() is None, reason="pyoidn is not installed")

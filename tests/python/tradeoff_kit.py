@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
 
+from mbfeat import denoise
 from mbfeat.tradeoff import analysis, reference, variants
 from mbfeat.tradeoff.kept import Keep
 from mbfeat.tradeoff.measure import Ladder, Measured, split_recording, tasks
@@ -61,11 +59,10 @@ class KnownRenderer:
         return Shot(image.astype(np.float32), seconds)
 
 
-def install_models(monkeypatch: pytest.MonkeyPatch, models: Mapping[str, Any]) -> None:
-    """Makes mbfeat.denoise a module with these models."""
-    module = ModuleType("mbfeat.denoise")
-    module.models = lambda: models  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "mbfeat.denoise", module)
+def install_models(monkeypatch: pytest.MonkeyPatch, features: Mapping[str, str]) -> None:
+    """Makes MBFeat come with these models: names, and what they look at."""
+    models = {n: denoise.Model(n, Path(f"{n}.onnx"), text, {}) for n, text in features.items()}
+    monkeypatch.setattr(denoise, "models", lambda: models)
 
 
 MODEL = Variant("paths", "a model", {variants.DENOISE: "true", "mbfeat:denoise:model": "paths"})

@@ -167,20 +167,21 @@ class Forecast:
 
 
 def split_recording(points: Sequence[Point]) -> None:
-    """Tells what recording features takes from sampling, in place, where the renderer did not.
+    """Tells what recording features takes from sampling, in place.
 
-    It is what the sampling took longer than that of the raw image of the same samples and seed.
+    It is what the sampling took longer than that of the raw image of the same samples and seed, but
+    not less than what the renderer tells of it.
     """
     raw = {
-        (point["samples_per_pixel"], point["seed"]): point["seconds"].get("sampling", 0.0)
+        (point["samples_per_pixel"], point["seed"]): point["seconds"]["sampling"]
         for point in points
         if point["variant"] == RAW
     }
     for point in points:
-        seconds = point["seconds"]
         before = raw.get((point["samples_per_pixel"], point["seed"]))
-        if not point["records"] or before is None or seconds.get("recording", 0.0) > 0.0:
+        if not point["records"] or before is None:
             continue
-        more = max(seconds["sampling"] - before, 0.0)
-        seconds["recording"] = more
-        seconds["sampling"] -= more
+        seconds = point["seconds"]
+        whole = seconds["sampling"] + seconds["recording"]
+        seconds["recording"] = max(whole - before, seconds["recording"])
+        seconds["sampling"] = whole - seconds["recording"]

@@ -37,9 +37,10 @@ and ranges; `answers`), `tradeoff.csv`, `tradeoff.html` and `tradeoff.png`, and 
 render: an interrupted run goes on where it was, and a run against another reference renders
 nothing again. Every render is a process of its own; variants take turns, with the same random
 numbers at the same number of samples. Recording is what the sampling of a render with features
-takes longer than that of the raw image. Open Image Denoise counts its device and its filter, not
-the start of its process. A peer's process is started once for all of its images; its start, the
-loading of the translated stage and what its first render takes longer count with each of them.
+takes longer than that of the raw image, or what the renderer tells of it where that is more. Open
+Image Denoise counts its device and its filter, not the start of its process. A peer's process is
+started once for all of its images; its start, the loading of the translated stage and what its
+first render takes longer count with each of them.
 
 Without `--reference` the truth is a render of many more samples, from other random numbers. It
 costs the most of the run, and what MBFeat gets wrong in every render does not show against it. Its

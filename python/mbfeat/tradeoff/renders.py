@@ -32,7 +32,7 @@ MEANING = {
     "sampling": "tracing and shading",
     "recording": "what features add to the sampling",
     "inference": "the network or filter",
-    "splat": "applying the network's kernels",
+    "splat": "applying the network's kernels, and what else a reconstruction does",
     "write": "the files",
     "other": "what the renderer reports beyond these",
 }
@@ -44,6 +44,7 @@ REPORTED = {
     "feature recording": "recording",
     "inference": "inference",
     "splat": "splat",
+    "tiles": "splat",  # the rest of a reconstruction: sums, borders, the film
     "write": "write",
 }
 SCOPE = "MBFeatTradeoff"  # of the prims that the session layer adds

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 OWN = "mbfeat"
 RAW = "raw"
-DENOISE = "mbfeat:denoise:enable"
+DENOISE = "mbfeat:denoise:enabled"
 FIRST_HIT = ("mbfeat:albedo:0", "mbfeat:normal:0")
 FIRST_NON_DELTA = (
     "mbfeat:firstNonDelta:albedo",
@@ -62,21 +61,15 @@ def raw() -> Variant:
 
 
 def denoise_models() -> list[Variant]:
-    """The denoise models that are installed with MBFeat; each is applied by the render itself."""
-    try:
-        module = importlib.import_module("mbfeat.denoise")
-    except ModuleNotFoundError as missing:
-        if missing.name != "mbfeat.denoise":
-            raise
-        return []
-    found: Mapping[str, Any] = module.models()
-    return [_model(name, info) for name, info in found.items()]
+    """The networks that MBFeat comes with and can run; each is applied by the render itself."""
+    from mbfeat import denoise
+
+    return [_model(name, model.features) for name, model in denoise.models().items()]
 
 
-def _model(name: str, info: Any) -> Variant:
-    described = info.get("title", "") if isinstance(info, Mapping) else str(info or "")
+def _model(name: str, features: str) -> Variant:
     settings = {DENOISE: "true", "mbfeat:denoise:model": name}
-    return Variant(name, described or f"the denoise model {name}", settings)
+    return Variant(name, f"the network {name} with features {features}", settings)
 
 
 def open_image_denoise() -> list[Variant]:
