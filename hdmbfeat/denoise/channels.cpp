@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <iterator>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -89,7 +89,7 @@ Result<ChannelPlan> ChannelPlan::make(const std::vector<std::string>& channels,
         if (!isShown(name, channel, shown)) {
             source.kind = Kind::kZero;
         }
-        plan.sources_.push_back(source);
+        plan.append(source);
     }
     if (!missing.empty()) {
         constexpr std::size_t kLongest = 200;
@@ -104,37 +104,61 @@ Result<ChannelPlan> ChannelPlan::make(const std::vector<std::string>& channels,
     return plan;
 }
 
+void ChannelPlan::append(const Source& source) {
+    ++size_;
+    if (!sources_.empty() && sources_.back().kind == source.kind) {
+        Source& last = sources_.back();
+        const bool follows =
+            source.kind == Kind::kZero ||
+            (source.kind == Kind::kField && source.field == last.field + last.count);
+        if (follows) {
+            ++last.count;
+            return;
+        }
+    }
+    sources_.push_back(source);
+}
+
 bool ChannelPlan::write(const float* path, float* out, std::size_t stride) const {
-    bool finite = true;
+    // Zero times anything that is not finite is no number, and stays one in a sum.
+    float check = 0.0F;
     float* to = out;
     for (const Source& source : sources_) {
-        float value = 0.0F;
         switch (source.kind) {
         case Kind::kZero:
+            for (std::size_t i = 0; i < source.count; ++i, to += stride) {
+                *to = 0.0F;
+            }
             break;
-        case Kind::kField:
-            value = path[source.field];
+        case Kind::kField: {
+            const float* const from = path + source.field;
+            for (std::size_t i = 0; i < source.count; ++i, to += stride) {
+                *to = from[i];
+                check += 0.0F * from[i];
+            }
             break;
+        }
         case Kind::kDirection: {
             const float* const world = path + source.field;
             const float* const axis = rotation_ + 3 * source.axis;
-            value = axis[0] * world[0] + axis[1] * world[1] + axis[2] * world[2];
+            *to = axis[0] * world[0] + axis[1] * world[1] + axis[2] * world[2];
+            check += 0.0F * *to;
+            to += stride;
             break;
         }
         case Kind::kBit: {
             const float number = path[source.field];
             const bool isNumber = number >= 0.0F && number < 4294967040.0F;
-            finite = finite && isNumber;
-            value =
-                isNumber && (static_cast<std::uint32_t>(number) & source.bits) != 0 ? 1.0F : 0.0F;
+            const auto bits = isNumber ? static_cast<std::uint32_t>(number) : 0U;
+            *to = (bits & source.bits) != 0 ? 1.0F : 0.0F;
+            check += isNumber ? 0.0F : std::numeric_limits<float>::quiet_NaN();
+            to += stride;
             break;
         }
         }
-        finite = finite && std::isfinite(value);
-        *to = value;
-        to += stride;
     }
-    for (std::size_t i = 0; !finite && i < sources_.size(); ++i) {
+    const bool finite = check == 0.0F;
+    for (std::size_t i = 0; !finite && i < size_; ++i) {
         out[i * stride] = 0.0F;
     }
     return finite;

@@ -43,17 +43,21 @@ public:
     /// Writes the path's channels to out[0], out[stride], ...: false, and nothing but zeros, where
     /// one of them is not finite.
     bool write(const float* path, float* out, std::size_t stride) const;
-    std::size_t size() const { return sources_.size(); }
+    std::size_t size() const { return size_; }
 
 private:
     enum class Kind : std::uint8_t { kZero, kField, kDirection, kBit };
     struct Source {
         Kind kind = Kind::kZero;
+        std::size_t count = 1;  ///< of neighbouring channels from neighbouring fields, or zeros
         std::size_t field = 0;  ///< of a direction: its x
         std::uint32_t bits = 0; ///< any of these
         std::size_t axis = 0;   ///< of the camera
     };
+    void append(const Source& source);
+
     std::vector<Source> sources_;
+    std::size_t size_ = 0; ///< channels
     float rotation_[9] = {};
 
     ChannelPlan() = default;
