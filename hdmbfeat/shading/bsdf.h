@@ -5,6 +5,8 @@
 // side that wo is on, so wo.z > 0. wi.z > 0 reflects, wi.z < 0 transmits.
 #pragma once
 
+#include <cstdint>
+
 #include "core/vec.h"
 
 namespace mbfeat {
@@ -49,6 +51,16 @@ struct BsdfSample {
     /// features.
     Vec3<T> tint{T(1)};
 };
+
+/// Parts of the closure that a kernel may leave out where no surface has them. Without any of them
+/// nothing reflects either: see shading/diffuseSurface.h.
+enum BsdfPart : std::uint32_t {
+    kBsdfReflection = 1U << 0U,       ///< an interface that reflects: ior is not 1, or metal
+    kBsdfTransmission = 1U << 1U,     ///< opacity below 1
+    kBsdfClearcoat = 1U << 2U,        ///< clearcoat above 0
+    kBsdfSpecularWorkflow = 1U << 3U, ///< useSpecularWorkflow
+};
+inline constexpr std::uint32_t kAllBsdfParts = 15U;
 
 // The closure itself, class Bsdf<T>, is in shading/previewSurface.h.
 

@@ -37,9 +37,13 @@
 
 namespace mbfeat {
 
-template <class T>
+/// E are the parts of the closure (BsdfPart) that some surface has: the others are left out. A
+/// surface that has no more parts than E scatters the same, to the last bit, whatever else E holds.
+template <class T, std::uint32_t E = kAllBsdfParts>
 class Bsdf {
 public:
+    static constexpr bool kChoosesLobes = true; ///< whether sample() looks at uLobe
+
     /// `entering`: wo is on the outside, so that refraction goes from index 1 into ior. Inside
     /// glass (a hit on the back of a face) it is false. Opaque surfaces look the same from both
     /// sides. Parameters must be in range: opacity, metallic, ... in 0..1, ior positive.
@@ -78,6 +82,13 @@ public:
     Vec3<T> albedo() const;
 
 private:
+    static constexpr bool kTransmits = (E & kBsdfTransmission) != 0;
+    static constexpr bool kCoats = (E & kBsdfClearcoat) != 0;
+    static constexpr bool kSpecularWorkflow = (E & kBsdfSpecularWorkflow) != 0;
+
+    /// Whether some lane lets light through.
+    bool anyTransmits() const { return kTransmits && any(p_.opacity < T(1)); }
+
     /// What the interface reflects and lets through to refraction at a cosine to its normal.
     struct Interface {
         Vec3<T> reflected, refracted;
@@ -90,7 +101,7 @@ private:
     Vec3<T> outsideReflectance(const T& c) const;
     Vec3<T> diffuseTransmittance(const T& cosine) const;
     T coatReflectance(const T& c) const {
-        return any(coat_ > T(0)) ? coat_ * fresnelDielectric(outside_, c) : T(0);
+        return kCoats && any(coat_ > T(0)) ? coat_ * fresnelDielectric(outside_, c) : T(0);
     }
     T coatTransmittance(const Outgoing& out, const Vec3<T>& wi) const;
     T reflectProbability(const T& cosine) const;
@@ -113,28 +124,40 @@ private:
     Mask<T> deltaReflection_, deltaRefraction_, deltaCoat_;
 };
 
-template <class T>
-Bsdf<T>::Bsdf(const SurfaceParameters<T>& p, const Mask<T>& entering) : p_(p) {
+template <class T, std::uint32_t E>
+Bsdf<T, E>::Bsdf(const SurfaceParameters<T>& p, const Mask<T>& entering) : p_(p) {
     // Without an inside there is no total reflection: only F0, the same for ior and 1 / ior.
     outside_ = RelativeIndex<T>::make(max(p.ior, T(1) / p.ior), Mask<T>(true));
-    index_ = RelativeIndex<T>::make(p.ior, entering);
-    metal_ = select(p.useSpecularWorkflow, T(0), p.metallic);
+    if constexpr (kTransmits) {
+        index_ = RelativeIndex<T>::make(p.ior, entering);
+    } else {
+        p_.opacity = T(1);
+    }
+    metal_ = kSpecularWorkflow ? select(p.useSpecularWorkflow, T(0), p.metallic) : p.metallic;
     dielectric_ = T(1) - metal_;
     // From inside glass the coat lies behind the interface. An opaque body has it on both sides.
-    coat_ = p.clearcoat * select(entering, T(1), p.opacity);
-    coatBehind_ = select(entering, T(0), p.clearcoat);
+    if constexpr (kCoats) {
+        coat_ = p.clearcoat * select(entering, T(1), p_.opacity);
+        coatBehind_ = select(entering, T(0), p.clearcoat);
+    }
 
-    tint_ = p.diffuseColor * (dielectric_ * (T(1) - p.opacity));
+    if constexpr (kTransmits) {
+        tint_ = p.diffuseColor * (dielectric_ * (T(1) - p.opacity));
+    }
 
     alpha_ = p.roughness * p.roughness;
-    coatAlpha_ = p.clearcoatRoughness * p.clearcoatRoughness;
     setDiffuse();
     deltaReflection_ = alpha_ < T(kDeltaAlpha);
-    deltaCoat_ = coatAlpha_ < T(kDeltaAlpha);
-    // A facet tilted by t turns the refracted ray by about (1 - 1/eta) t, and the half vector is
-    // recovered from a difference of that length: the same limit applies to the product.
-    const T bend = abs(index_.k) / ((index_.eta + T(1)) * max(index_.eta, T(1)));
-    deltaRefraction_ = alpha_ * bend < T(kDeltaAlpha);
+    if constexpr (kCoats) {
+        coatAlpha_ = p.clearcoatRoughness * p.clearcoatRoughness;
+        deltaCoat_ = coatAlpha_ < T(kDeltaAlpha);
+    }
+    if constexpr (kTransmits) {
+        // A facet tilted by t turns the refracted ray by about (1 - 1/eta) t, and the half vector
+        // is recovered from a difference of that length: the same limit applies to the product.
+        const T bend = abs(index_.k) / ((index_.eta + T(1)) * max(index_.eta, T(1)));
+        deltaRefraction_ = alpha_ * bend < T(kDeltaAlpha);
+    }
 }
 
 /// The diffuse lobe under a rough interface.
@@ -145,18 +168,21 @@ Bsdf<T>::Bsdf(const SurfaceParameters<T>& p, const Mask<T>& entering) : p_(p) {
 /// never add to more than 1 (quadrature over roughness, angle, ior and F0), nor lose more than
 /// 13 % at the worst angle. No less than the reflectance at normal incidence is taken away, since
 /// at a high index F has a minimum at Brewster's angle that rough facets average out.
-template <class T>
-void Bsdf<T>::setDiffuse() {
+template <class T, std::uint32_t E>
+void Bsdf<T, E>::setDiffuse() {
     const T x = (outside_.eta - T(1)) / (outside_.eta + T(1));
-    const T shape =
-        select(p_.useSpecularWorkflow, T(0.6F), min(min(T(8) * x, T(1.5F) * (T(1) - x)), T(1)));
+    T shape = min(min(T(8) * x, T(1.5F) * (T(1) - x)), T(1));
+    Vec3<T> average(fresnelDielectricAverage(outside_.eta));
+    if constexpr (kSpecularWorkflow) {
+        shape = select(p_.useSpecularWorkflow, T(0.6F), shape);
+        const Vec3<T> schlick =
+            p_.specularColor + (Vec3<T>(T(1)) - p_.specularColor) * T(1.0F / 21.0F);
+        average = select<T>(p_.useSpecularWorkflow, schlick, average);
+    }
     const T strength = shape * min(fma(T(1.4F), alpha_, T(0.14F)), T(0.2F));
     spread_ = strength * alpha_ * alpha_ * alpha_;
 
     normalReflectance_ = outsideReflectance(T(1));
-    const Vec3<T> schlick = p_.specularColor + (Vec3<T>(T(1)) - p_.specularColor) * T(1.0F / 21.0F);
-    const Vec3<T> average =
-        select<T>(p_.useSpecularWorkflow, schlick, Vec3<T>(fresnelDielectricAverage(outside_.eta)));
     const Vec3<T> edge = (average - normalReflectance_) * fma(T(-0.75F), p_.roughness, T(1));
     for (int channel = 0; channel < 3; ++channel) {
         const T reflected = min(average[channel], normalReflectance_[channel] + edge[channel]);
@@ -165,29 +191,34 @@ void Bsdf<T>::setDiffuse() {
     }
 }
 
-template <class T>
-Vec3<T> Bsdf<T>::outsideReflectance(const T& c) const {
-    if (none(p_.useSpecularWorkflow)) {
+template <class T, std::uint32_t E>
+Vec3<T> Bsdf<T, E>::outsideReflectance(const T& c) const {
+    if (!kSpecularWorkflow || none(p_.useSpecularWorkflow)) {
         return Vec3<T>(fresnelDielectric(outside_, c));
     }
     return select<T>(p_.useSpecularWorkflow, fresnelSchlick(p_.specularColor, c),
                      Vec3<T>(fresnelDielectric(outside_, c)));
 }
 
-template <class T>
-typename Bsdf<T>::Interface Bsdf<T>::interfaceAt(const T& c) const {
+template <class T, std::uint32_t E>
+typename Bsdf<T, E>::Interface Bsdf<T, E>::interfaceAt(const T& c) const {
     const Vec3<T> out = outsideReflectance(c);
+    if constexpr (!kTransmits) {
+        return {p_.diffuseColor * metal_ + out * dielectric_, Vec3<T>(T(0))};
+    }
     Vec3<T> directed = out;
     // Without opacity there is no inside; lanes that do not need it must not change by its being
     // computed for others.
     const Mask<T> towardsThinner = index_.eta < outside_.eta && p_.opacity < T(1);
     if (any(towardsThinner)) {
-        const T gSquared = index_.refractedSquared(c);
-        const T cosineThinner = safeSqrt(gSquared) / index_.eta;
-        const Vec3<T> schlick = select<T>(
-            gSquared > T(0), fresnelSchlick(p_.specularColor, cosineThinner), Vec3<T>(T(1)));
-        directed =
-            select<T>(p_.useSpecularWorkflow, schlick, Vec3<T>(fresnelDielectric(index_, c)));
+        directed = Vec3<T>(fresnelDielectric(index_, c));
+        if constexpr (kSpecularWorkflow) {
+            const T gSquared = index_.refractedSquared(c);
+            const T cosineThinner = safeSqrt(gSquared) / index_.eta;
+            const Vec3<T> schlick = select<T>(
+                gSquared > T(0), fresnelSchlick(p_.specularColor, cosineThinner), Vec3<T>(T(1)));
+            directed = select<T>(p_.useSpecularWorkflow, schlick, directed);
+        }
         directed = select<T>(towardsThinner, directed, out);
     }
     const Vec3<T> body = lerp(p_.opacity, directed, out);
@@ -195,8 +226,8 @@ typename Bsdf<T>::Interface Bsdf<T>::interfaceAt(const T& c) const {
 }
 
 /// What the interface lets through to the diffuse base, per direction.
-template <class T>
-Vec3<T> Bsdf<T>::diffuseTransmittance(const T& cosine) const {
+template <class T, std::uint32_t E>
+Vec3<T> Bsdf<T, E>::diffuseTransmittance(const T& cosine) const {
     const T squared = cosine * cosine;
     const T tilt =
         spread_ * (T(1) - squared) / max(fma(T(0.2F), squared, alpha_ * alpha_), T(1e-20F));
@@ -206,9 +237,9 @@ Vec3<T> Bsdf<T>::diffuseTransmittance(const T& cosine) const {
                    T(1) - max(reflected.z, normalReflectance_.z));
 }
 
-template <class T>
-T Bsdf<T>::coatTransmittance(const Outgoing& out, const Vec3<T>& wi) const {
-    if (!any(p_.clearcoat > T(0))) {
+template <class T, std::uint32_t E>
+T Bsdf<T, E>::coatTransmittance(const Outgoing& out, const Vec3<T>& wi) const {
+    if (!kCoats || !any(p_.clearcoat > T(0))) {
         return T(1);
     }
     const T fresnel = fresnelDielectric(outside_, abs(wi.z));
@@ -216,8 +247,8 @@ T Bsdf<T>::coatTransmittance(const Outgoing& out, const Vec3<T>& wi) const {
     return out.coatThrough * (T(1) - weight * fresnel);
 }
 
-template <class T>
-typename Bsdf<T>::Outgoing Bsdf<T>::outgoing(const Vec3<T>& wo) const {
+template <class T, std::uint32_t E>
+typename Bsdf<T, E>::Outgoing Bsdf<T, E>::outgoing(const Vec3<T>& wo) const {
     Outgoing out;
     out.wo = wo;
     const Interface interface = interfaceAt(wo.z);
@@ -237,9 +268,9 @@ typename Bsdf<T>::Outgoing Bsdf<T>::outgoing(const Vec3<T>& wo) const {
 }
 
 /// Probability that the interface reflects, given the cosine to the facet it hit.
-template <class T>
-T Bsdf<T>::reflectProbability(const T& cosine) const {
-    if (!any(p_.opacity < T(1))) {
+template <class T, std::uint32_t E>
+T Bsdf<T, E>::reflectProbability(const T& cosine) const {
+    if (!anyTransmits()) {
         return T(1);
     }
     const Interface interface = interfaceAt(cosine);
@@ -248,8 +279,8 @@ T Bsdf<T>::reflectProbability(const T& cosine) const {
     return select(sum > T(1e-20F), reflected / max(sum, T(1e-20F)), T(1));
 }
 
-template <class T>
-void Bsdf<T>::addDiffuse(const Outgoing& out, const Vec3<T>& wi, BsdfValue<T>& value) const {
+template <class T, std::uint32_t E>
+void Bsdf<T, E>::addDiffuse(const Outgoing& out, const Vec3<T>& wi, BsdfValue<T>& value) const {
     const Mask<T> valid = wi.z > T(0);
     const T density = max(wi.z, T(0)) * T(kInvPi);
     value.pdf += out.choice.diffuse * density;
@@ -261,8 +292,8 @@ void Bsdf<T>::addDiffuse(const Outgoing& out, const Vec3<T>& wi, BsdfValue<T>& v
     value.diffuse = select<T>(valid, f, Vec3<T>(T(0)));
 }
 
-template <class T>
-void Bsdf<T>::addReflection(const Outgoing& out, const Vec3<T>& wi, BsdfValue<T>& value) const {
+template <class T, std::uint32_t E>
+void Bsdf<T, E>::addReflection(const Outgoing& out, const Vec3<T>& wi, BsdfValue<T>& value) const {
     const Vec3<T>& wo = out.wo;
     const Vec3<T> sum = wo + wi;
     const T norm = lengthSquared(sum);
@@ -274,12 +305,15 @@ void Bsdf<T>::addReflection(const Outgoing& out, const Vec3<T>& wi, BsdfValue<T>
 
     const Ggx<T> ggx(alpha_);
     const Interface interface = interfaceAt(c);
-    const T reflected = mean(interface.reflected);
-    const T refracted = mean(interface.refracted);
-    const T both = reflected + refracted;
-    T reflects = select(both > T(1e-20F), reflected / max(both, T(1e-20F)), T(1));
-    if (any(deltaRefraction_ && p_.opacity < T(1))) {
-        reflects = select(deltaRefraction_, reflectProbability(wo.z), reflects);
+    T reflects(1);
+    if constexpr (kTransmits) {
+        const T reflected = mean(interface.reflected);
+        const T refracted = mean(interface.refracted);
+        const T both = reflected + refracted;
+        reflects = select(both > T(1e-20F), reflected / max(both, T(1e-20F)), T(1));
+        if (any(deltaRefraction_ && p_.opacity < T(1))) {
+            reflects = select(deltaRefraction_, reflectProbability(wo.z), reflects);
+        }
     }
     const Mask<T> base = valid && !deltaReflection_;
     const T scale = ggx.density(h) * ggx.visibility(wo, wi) * wi.z * coatTransmittance(out, wi);
@@ -287,19 +321,22 @@ void Bsdf<T>::addReflection(const Outgoing& out, const Vec3<T>& wi, BsdfValue<T>
     value.pdf +=
         select(base, out.choice.interface * reflects * T(0.25F) * ggx.visibleDensity(wo, h), T(0));
 
-    const Mask<T> coat = valid && !deltaCoat_ && coat_ > T(0);
-    if (any(coat)) {
-        const Ggx<T> coatGgx(coatAlpha_);
-        const T f = coatReflectance(c) * coatGgx.density(h) * coatGgx.visibility(wo, wi) * wi.z;
-        value.specular += select<T>(coat, Vec3<T>(f), Vec3<T>(T(0)));
-        value.pdf += select(coat, out.choice.coat * T(0.25F) * coatGgx.visibleDensity(wo, h), T(0));
+    if constexpr (kCoats) {
+        const Mask<T> coat = valid && !deltaCoat_ && coat_ > T(0);
+        if (any(coat)) {
+            const Ggx<T> coatGgx(coatAlpha_);
+            const T f = coatReflectance(c) * coatGgx.density(h) * coatGgx.visibility(wo, wi) * wi.z;
+            value.specular += select<T>(coat, Vec3<T>(f), Vec3<T>(T(0)));
+            value.pdf +=
+                select(coat, out.choice.coat * T(0.25F) * coatGgx.visibleDensity(wo, h), T(0));
+        }
     }
 }
 
 /// Walter et al. 2007, equations 16, 17 and 21, for radiance: the density of refracted radiance
 /// changes by 1 / eta^2. With l = |wo + eta wi|, eta^2 |wi.h| / l^2 is the Jacobian of h to wi.
-template <class T>
-void Bsdf<T>::addRefraction(const Outgoing& out, const Vec3<T>& wi, BsdfValue<T>& value) const {
+template <class T, std::uint32_t E>
+void Bsdf<T, E>::addRefraction(const Outgoing& out, const Vec3<T>& wi, BsdfValue<T>& value) const {
     const Vec3<T>& wo = out.wo;
     const Vec3<T> sum(fma(index_.eta, wi.x, wo.x), fma(index_.eta, wi.y, wo.y),
                       fma(index_.eta, wi.z, wo.z));
@@ -328,15 +365,17 @@ void Bsdf<T>::addRefraction(const Outgoing& out, const Vec3<T>& wi, BsdfValue<T>
                         T(0));
 }
 
-template <class T>
-BsdfValue<T> Bsdf<T>::evaluate(const Outgoing& out, const Vec3<T>& wi) const {
+template <class T, std::uint32_t E>
+BsdfValue<T> Bsdf<T, E>::evaluate(const Outgoing& out, const Vec3<T>& wi) const {
     BsdfValue<T> value;
     if (any(wi.z > T(0))) {
         addDiffuse(out, wi, value);
         addReflection(out, wi, value);
     }
-    if (any(wi.z < T(0) && p_.opacity < T(1))) {
-        addRefraction(out, wi, value);
+    if constexpr (kTransmits) {
+        if (any(wi.z < T(0) && p_.opacity < T(1))) {
+            addRefraction(out, wi, value);
+        }
     }
     const Mask<T> valid = out.wo.z > T(0);
     value.diffuse = select<T>(valid, value.diffuse, Vec3<T>(T(0)));
@@ -345,48 +384,67 @@ BsdfValue<T> Bsdf<T>::evaluate(const Outgoing& out, const Vec3<T>& wi) const {
     return value;
 }
 
-template <class T>
-BsdfSample<T> Bsdf<T>::sample(const Outgoing& out, const T& uLobe, const Vec2<T>& u) const {
+template <class T, std::uint32_t E>
+BsdfSample<T> Bsdf<T, E>::sample(const Outgoing& out, const T& uLobe, const Vec2<T>& u) const {
     const Vec3<T>& wo = out.wo;
     const LobeProbabilities& choice = out.choice;
     const Mask<T> coat = uLobe < choice.coat;
-    const Mask<T> diffuse = !coat && uLobe < choice.coat + choice.diffuse;
+    // Rounding must not choose a lobe of probability zero: nothing would be known of it.
+    const Mask<T> diffuse =
+        !coat && (uLobe < choice.coat + choice.diffuse || choice.interface == T(0));
     const Mask<T> interface = !coat && !diffuse;
 
     // The facet, and what the interface does there.
-    const Mask<T> mirror = (coat && deltaCoat_) || (!coat && deltaReflection_);
+    Mask<T> mirror = !coat && deltaReflection_;
+    T alpha = alpha_;
+    if constexpr (kCoats) {
+        mirror = mirror || (coat && deltaCoat_);
+        alpha = select(coat, coatAlpha_, alpha_);
+    }
     const Vec3<T> up(T(0), T(0), T(1));
-    const Vec3<T> rough = Ggx<T>(select(coat, coatAlpha_, alpha_)).sampleVisible(wo, u);
+    const Vec3<T> rough = Ggx<T>(alpha).sampleVisible(wo, u);
     const Vec3<T> facet = select<T>(mirror, up, rough);
-    const T decision = select(deltaRefraction_, wo.z, clamp(dot(wo, facet), T(0), T(1)));
-    const T reflects = reflectProbability(decision);
-    const T uInterface =
-        min((uLobe - choice.coat - choice.diffuse) / max(choice.interface, T(1e-20F)),
-            T(kOneMinusEpsilon));
-    const Mask<T> refracted = interface && !(uInterface < reflects);
-    const Mask<T> deltaRefracted = refracted && deltaRefraction_;
-    const Vec3<T> h = select<T>(deltaRefracted, up, facet);
-
-    // Directions. Refraction: t = (-wo + (c - g) h) / eta with c - g = -k / (c + g).
+    T reflects(1);
+    Mask<T> refracted(false);
+    Vec3<T> h = facet;
+    if constexpr (kTransmits) {
+        const T decision = select(deltaRefraction_, wo.z, clamp(dot(wo, facet), T(0), T(1)));
+        reflects = reflectProbability(decision);
+        const T uInterface =
+            min((uLobe - choice.coat - choice.diffuse) / max(choice.interface, T(1e-20F)),
+                T(kOneMinusEpsilon));
+        refracted = interface && !(uInterface < reflects);
+        h = select<T>(refracted && deltaRefraction_, up, facet);
+    }
     const T c = clamp(dot(wo, h), T(0), T(1));
-    const T g = safeSqrt(index_.refractedSquared(c));
-    const Vec3<T> bent = -wo - h * (index_.k / max(c + g, T(1e-20F)));
-    // Its length is eta. Leaving a dense body what wo's rounding adds to it would be multiplied by
-    // 1 / eta^2, so that the length is taken as it is.
-    const Vec3<T> through = bent * (T(1) / sqrt(select(refracted, lengthSquared(bent), T(1))));
     const Vec3<T> mirrored = h * (T(2) * c) - wo;
-    const Vec3<T> bounced = select<T>(diffuse, cosineHemisphere(u), mirrored);
 
     BsdfSample<T> s;
-    s.wi = select<T>(refracted, through, bounced);
-    s.delta = deltaRefracted || (!diffuse && !refracted && mirror);
+    s.wi = select<T>(diffuse, cosineHemisphere(u), mirrored);
+    s.delta = !diffuse && !refracted && mirror;
     s.transmitted = refracted;
     s.diffuse = diffuse;
-    s.roughness = select(diffuse, T(1), select(coat, p_.clearcoatRoughness, p_.roughness));
-    s.eta = select(refracted, index_.eta, T(1));
+    s.roughness = select(diffuse, T(1), p_.roughness);
+    if constexpr (kCoats) {
+        s.roughness = select(coat, p_.clearcoatRoughness, s.roughness);
+    }
+    if constexpr (kTransmits) {
+        // Refraction: t = (-wo + (c - g) h) / eta with c - g = -k / (c + g).
+        const T g = safeSqrt(index_.refractedSquared(c));
+        const Vec3<T> bent = -wo - h * (index_.k / max(c + g, T(1e-20F)));
+        // Its length is eta. Leaving a dense body what wo's rounding adds to it would be multiplied
+        // by 1 / eta^2, so that the length is taken as it is.
+        const Vec3<T> through = bent * (T(1) / sqrt(select(refracted, lengthSquared(bent), T(1))));
+        s.wi = select<T>(refracted, through, s.wi);
+        s.delta = s.delta || (refracted && deltaRefraction_);
+        s.eta = select(refracted, index_.eta, T(1));
+    }
 
     const BsdfValue<T> value = evaluate(out, s.wi);
-    const Mask<T> sided = (refracted && s.wi.z < T(0)) || (!refracted && s.wi.z > T(0));
+    Mask<T> sided = !refracted && s.wi.z > T(0);
+    if constexpr (kTransmits) {
+        sided = sided || (refracted && s.wi.z < T(0));
+    }
     const Mask<T> lit = sided && value.pdf > T(0);
     s.pdf = select(lit, value.pdf, T(0));
     s.weight = select<T>(lit, value.total() / max(value.pdf, T(1e-30F)), Vec3<T>(T(0)));
@@ -398,45 +456,66 @@ BsdfSample<T> Bsdf<T>::sample(const Outgoing& out, const T& uLobe, const Vec2<T>
 
 /// Weight, probability and tint of the lanes that chose a delta lobe. `reflects` is the
 /// probability of reflection at the interface, which is flat there.
-template <class T>
-void Bsdf<T>::setDelta(const Outgoing& out, const Mask<T>& coat, const T& reflects,
-                       BsdfSample<T>& s) const {
+template <class T, std::uint32_t E>
+void Bsdf<T, E>::setDelta(const Outgoing& out, const Mask<T>& coat, const T& reflects,
+                          BsdfSample<T>& s) const {
     const Vec3<T>& wo = out.wo;
     const LobeProbabilities& choice = out.choice;
     const Interface interface = interfaceAt(wo.z);
     const T through = coatTransmittance(out, s.wi);
-    const Vec3<T> reflection = interface.reflected * through;
-    const Vec3<T> refraction = interface.refracted * (through / index_.etaSquared);
-    const Vec3<T> value = select<T>(coat, Vec3<T>(coatReflectance(wo.z)),
-                                    select<T>(s.transmitted, refraction, reflection));
-    const T probability = select(
-        coat, choice.coat, choice.interface * select(s.transmitted, T(1) - reflects, reflects));
+    Vec3<T> value = interface.reflected * through;
+    T probability = choice.interface;
+    if constexpr (kTransmits) {
+        const Vec3<T> refraction = interface.refracted * (through / index_.etaSquared);
+        value = select<T>(s.transmitted, refraction, value);
+        probability = choice.interface * select(s.transmitted, T(1) - reflects, reflects);
+    }
+    if constexpr (kCoats) {
+        value = select<T>(coat, Vec3<T>(coatReflectance(wo.z)), value);
+        probability = select(coat, choice.coat, probability);
+    }
     const Mask<T> valid = s.delta && probability > T(0) && wo.z > T(0);
     const Vec3<T> weight = value / max(probability, T(1e-30F));
     s.weight = select<T>(s.delta, select<T>(valid, weight, Vec3<T>(T(0))), s.weight);
     s.pdf = select(s.delta, select(valid, probability, T(0)), s.pdf);
 
-    const T strongest = maxComponent(p_.specularColor);
-    const Vec3<T> specularTint =
-        select<T>(strongest > T(0), p_.specularColor / max(strongest, T(1e-20F)), Vec3<T>(T(1)));
-    const Vec3<T> metalTint = lerp(metal_, Vec3<T>(T(1)), p_.diffuseColor);
-    const Vec3<T> mirrorTint = select<T>(p_.useSpecularWorkflow, specularTint, metalTint);
-    const Vec3<T> tint =
-        select<T>(coat, Vec3<T>(T(1)), select<T>(s.transmitted, p_.diffuseColor, mirrorTint));
+    Vec3<T> tint = lerp(metal_, Vec3<T>(T(1)), p_.diffuseColor);
+    if constexpr (kSpecularWorkflow) {
+        const T strongest = maxComponent(p_.specularColor);
+        const Vec3<T> specularTint = select<T>(
+            strongest > T(0), p_.specularColor / max(strongest, T(1e-20F)), Vec3<T>(T(1)));
+        tint = select<T>(p_.useSpecularWorkflow, specularTint, tint);
+    }
+    if constexpr (kTransmits) {
+        tint = select<T>(s.transmitted, p_.diffuseColor, tint);
+    }
+    if constexpr (kCoats) {
+        tint = select<T>(coat, Vec3<T>(T(1)), tint);
+    }
     s.tint = select<T>(s.delta, tint, Vec3<T>(T(1)));
 }
 
-template <class T>
-Mask<T> Bsdf<T>::hasNonDelta() const {
-    const Mask<T> glossyCoat = !deltaCoat_ && coat_ > T(0) && outside_.k != T(0);
-    const Mask<T> reflects = outside_.k != T(0) || p_.useSpecularWorkflow ||
-                             maxComponent(p_.diffuseColor) * metal_ > T(0);
-    return maxComponent(diffuse_) > T(0) || glossyCoat || (!deltaReflection_ && reflects) ||
-           (!deltaRefraction_ && maxComponent(tint_) > T(0));
+template <class T, std::uint32_t E>
+Mask<T> Bsdf<T, E>::hasNonDelta() const {
+    Mask<T> reflects = outside_.k != T(0) || maxComponent(p_.diffuseColor) * metal_ > T(0);
+    if constexpr (kSpecularWorkflow) {
+        reflects = reflects || p_.useSpecularWorkflow;
+    }
+    Mask<T> found = maxComponent(diffuse_) > T(0) || (!deltaReflection_ && reflects);
+    if constexpr (kCoats) {
+        found = found || (!deltaCoat_ && coat_ > T(0) && outside_.k != T(0));
+    }
+    if constexpr (kTransmits) {
+        found = found || (!deltaRefraction_ && maxComponent(tint_) > T(0));
+    }
+    return found;
 }
 
-template <class T>
-Vec3<T> Bsdf<T>::albedo() const {
+template <class T, std::uint32_t E>
+Vec3<T> Bsdf<T, E>::albedo() const {
+    if constexpr (!kSpecularWorkflow) {
+        return p_.diffuseColor;
+    }
     const Vec3<T> under = p_.diffuseColor * (Vec3<T>(T(1)) - p_.specularColor);
     return select<T>(p_.useSpecularWorkflow, under + p_.specularColor, p_.diffuseColor);
 }
