@@ -83,9 +83,6 @@ private:
 
     std::uint64_t bits_ = 0;
 };
-constexpr EffectSet operator|(Effect a, Effect b) {
-    return EffectSet(a) | EffectSet(b);
-}
 
 /// The names of a set, in table order.
 std::vector<std::string> effectNames(EffectSet set);

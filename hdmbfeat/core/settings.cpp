@@ -54,11 +54,41 @@ SettingDescriptor makeText(std::string name, std::string label, std::string defa
 
 std::vector<SettingDescriptor> makeSettingTable() {
     const RenderOptions defaults;
+    SettingDescriptor effects = makeText(
+        "mbfeat:effects", "Effects", "auto", {},
+        "What paths are traced for: `auto` is what the scene calls for, `full` everything, with "
+        "the "
+        "same image. `+NAME` handles an effect although nothing calls for it, `-NAME` takes one "
+        "away from the scene; several are separated by commas. For the names see `mbfeat "
+        "effects`.");
+    effects.check = [](const std::string& text) -> Status {
+        const Result<EffectRequest> request = parseEffects(text);
+        return request ? Status() : Status(request.error());
+    };
     return {
         makeInteger("mbfeat:samplesPerPixel", "Samples per pixel", defaults.samplesPerPixel, 1,
                     1048576, "Light paths traced through each pixel."),
-        makeInteger("mbfeat:maxBounces", "Maximum bounces", defaults.maxBounces, 0, 1024,
+        makeInteger("mbfeat:maxBounces", "Maximum bounces", defaults.maxBounces, 0, kMostBounces,
                     "Scattering events after the camera ray; 0 shows emission alone."),
+        makeInteger("mbfeat:maxDiffuseBounces", "Maximum diffuse bounces", defaults.maxDiffuse, 0,
+                    kMostBounces,
+                    "Of these, at most so many diffuse ones, direct light included: 1 leaves out "
+                    "light between diffuse surfaces, 0 makes them black. Loses energy where it "
+                    "is below maxBounces."),
+        makeInteger("mbfeat:maxReflectionBounces", "Maximum reflections", defaults.maxReflection, 0,
+                    kMostBounces,
+                    "Of these, at most so many glossy and specular reflections. Loses energy where "
+                    "it is below maxBounces."),
+        makeInteger("mbfeat:maxTransmissionBounces", "Maximum transmissions",
+                    defaults.maxTransmission, 0, kMostBounces,
+                    "Of these, at most so many transmissions: a pane of glass takes two. Loses "
+                    "energy where it is below maxBounces."),
+        makeSwitch("mbfeat:caustics", "Caustics", defaults.caustics,
+                   "Whether mirrors, glass and glossy surfaces of roughness up to 0.3 throw light "
+                   "on what is diffuse or rougher. Off loses that light, and its noise."),
+        makeSwitch("mbfeat:blur", "Blur", defaults.blur,
+                   "Whether cameras have depth of field; off makes them pinholes."),
+        std::move(effects),
         makeInteger("mbfeat:seed", "Seed", static_cast<std::int64_t>(defaults.seed), 0,
                     kLargestInteger,
                     "Key of the random numbers; images of different seeds have independent noise."),
@@ -284,6 +314,11 @@ Result<SettingValue> converted(const SettingDescriptor& descriptor, const Settin
         return wrong("one of " + listed(allowed) + "; the nearest is " +
                      quoted(nearestName(word, allowed)));
     }
+    if (descriptor.check != nullptr) {
+        if (Status problem = descriptor.check(word)) {
+            return *std::move(problem);
+        }
+    }
     return SettingValue(word);
 }
 
@@ -475,6 +510,12 @@ RenderOptions resolveOptions(const Settings& settings) {
     RenderOptions options;
     options.samplesPerPixel = getInt(settings, "mbfeat:samplesPerPixel");
     options.maxBounces = getInt(settings, "mbfeat:maxBounces");
+    options.maxDiffuse = getInt(settings, "mbfeat:maxDiffuseBounces");
+    options.maxReflection = getInt(settings, "mbfeat:maxReflectionBounces");
+    options.maxTransmission = getInt(settings, "mbfeat:maxTransmissionBounces");
+    options.caustics = get<bool>(settings, "mbfeat:caustics");
+    options.blur = get<bool>(settings, "mbfeat:blur");
+    options.effects = parseEffects(get<std::string>(settings, "mbfeat:effects")).value();
     options.seed = static_cast<std::uint64_t>(get<std::int64_t>(settings, "mbfeat:seed"));
     options.threads = getInt(settings, "mbfeat:threads");
     options.pixelFilter = getEnum<PixelFilter>(settings, "mbfeat:pixelFilter");

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/diagnostics.h"
+#include "core/effects.h"
 
 namespace mbfeat {
 
@@ -29,6 +30,7 @@ struct SettingDescriptor {
     std::vector<std::string> allowed;    ///< for tokens: the valid values; empty: free text
     std::string doc;                     ///< one sentence, with the unit
     bool isAsset = false;                ///< a text that names a file
+    Status (*check)(const std::string&) = nullptr; ///< of a free text: what is wrong with it
 };
 
 /// What a render is told, RenderOptions below.
@@ -87,10 +89,18 @@ struct DenoiseSettings {
     bool combine = true; ///< take over from the rendered image where it is the better one
 };
 
+/// The largest number of bounces that can be asked for.
+inline constexpr int kMostBounces = 1024;
+
 /// The resolved settings with C++ types, as the renderer wants them.
 struct RenderOptions {
     int samplesPerPixel = 64;
     int maxBounces = 12; ///< scattering events after the camera ray; 0 sees emission only
+    // Of these the kind's own: diffuse, reflection by anything else, transmission.
+    int maxDiffuse = kMostBounces, maxReflection = kMostBounces, maxTransmission = kMostBounces;
+    bool caustics = true; ///< light that sharp surfaces throw on wide ones
+    bool blur = true;     ///< depth of field
+    EffectRequest effects;
     std::uint64_t seed = 0;
     int threads = 0; ///< 0: one a core
     PixelFilter pixelFilter = PixelFilter::kBlackmanHarris;
@@ -105,6 +115,12 @@ struct RenderOptions {
     OnError onError = OnError::kWarn;
     double pathSampleMemory = 4.0; ///< GiB that per-path samples may take
     DenoiseSettings denoise;
+
+    /// Whether paths have to look at what kinds of scattering they have gone through.
+    bool limitsKinds() const {
+        return !caustics || maxDiffuse < maxBounces || maxReflection < maxBounces ||
+               maxTransmission < maxBounces;
+    }
 };
 
 RenderOptions resolveOptions(const Settings& settings);

@@ -1,6 +1,8 @@
 #include "delegate/mesh.h"
 
 #include <algorithm>
+#include <memory>
+#include <utility>
 
 #include "delegate/conversions.h"
 #include "delegate/guard.h"
@@ -123,7 +125,12 @@ void MeshPrim::updateMesh(HdSceneDelegate* delegate, RenderParam& param) {
     fetchedPrimvars_ = param.primvarsFor(geometry_.materials);
     const MeshSource source(*this, delegate, topology, subsetSlots_, fetchedPrimvars_,
                             meshMessages_);
-    geometry_.mesh = buildMesh(source.raw(), meshMessages_);
+    std::shared_ptr<const Mesh> mesh = buildMesh(source.raw(), meshMessages_);
+    // Hosts and OpenUSD mark more than changed, e.g. meshes whose material got an input: what is
+    // the same stays, with all that was built of it.
+    if (geometry_.mesh == nullptr || !isSame(*mesh, *geometry_.mesh)) {
+        geometry_.mesh = std::move(mesh);
+    }
     if (geometry_.mesh->triangles.empty()) {
         param.countSkippedPrim();
     }

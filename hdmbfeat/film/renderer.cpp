@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
+#include <ctime>
 #include <exception>
 #include <mutex>
 #include <string>
@@ -15,6 +16,7 @@
 #include "film/filmMemory.h"
 #include "film/host.h"
 #include "film/progress.h"
+#include "integrate/effectParts.h"
 
 namespace mbfeat {
 
@@ -24,6 +26,13 @@ using Clock = std::chrono::steady_clock;
 
 double secondsSince(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// CPU seconds of this process, all threads together.
+double cpuSeconds() {
+    timespec now{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 /// Samples of the next pass over the image: few at first where somebody watches.
@@ -72,6 +81,28 @@ std::uint64_t jobSamples(const RenderJob& job) {
                    static_cast<std::uint64_t>(view.samplesPerPixel);
     }
     return samples;
+}
+
+/// What a view calls for beside the scene, with the AOVs that ask for it.
+void addView(EffectCensus& census, const RenderView& view, bool hasLens) {
+    if (hasLens) {
+        census.add(Effect::kDepthOfField, view.cameraPath.empty() ? "the camera" : view.cameraPath);
+    }
+    const auto add = [&census](EffectSet effects, const std::string& asker) {
+        for (const EffectDescriptor& row : effectTable()) {
+            if (effects.has(row.effect)) {
+                census.add(row.effect, asker);
+            }
+        }
+    };
+    for (const AovDescriptor& aov : view.film->aovs()) {
+        add(recordedEffects(aov.recordFlags), aov.name);
+    }
+    if (!view.film->pathSampleLayout().empty()) {
+        const EffectSet kept = recordedEffects(view.film->recordFlags()) - census.effects();
+        add(kept | EffectSet(Effect::kPathSamples), "deep product");
+    }
+    census.nameEffects();
 }
 
 } // namespace
@@ -147,6 +178,7 @@ struct Renderer::Impl {
             view.film->clear();
         }
 
+        const BuildStatistics built = integrator.builds();
         const bool committed = integrator.commit(job.options, [this] { return shouldStop(); });
         phase("commit", secondsSince(begin.load()));
         if (stopping.load()) {
@@ -159,9 +191,12 @@ struct Renderer::Impl {
         {
             const std::lock_guard lock(reportMutex);
             report.census = integrator.census();
+            report.census.nameEffects();
+            report.builds = integrator.builds() - built;
         }
 
         const double samplingBegin = activeSeconds();
+        const double cpuBegin = cpuSeconds();
         ProgressReporter reporter(job.interactive ? Host::ProgressStyle::kNone
                                                   : Host::instance().progressStyle());
         progressReporter = &reporter;
@@ -173,6 +208,10 @@ struct Renderer::Impl {
         reporter.update(progress());
         reporter.finish();
         phase("sampling", activeSeconds() - samplingBegin);
+        {
+            const std::lock_guard lock(reportMutex);
+            report.samplingCpuSeconds = cpuSeconds() - cpuBegin;
+        }
         if (stopping.load()) {
             return;
         }
@@ -253,6 +292,7 @@ struct Renderer::Impl {
             return;
         }
         startWorkers();
+        reportView(view);
         int done = 0;
         while (done < view.samplesPerPixel && !shouldStop()) {
             const int samples = passSamples(job.interactive, done, view.samplesPerPixel);
@@ -260,6 +300,17 @@ struct Renderer::Impl {
             done += samples;
         }
         workers.clear();
+    }
+
+    /// What the view calls for, how it is traced, and the memory that takes.
+    void reportView(const RenderView& view) {
+        const std::lock_guard lock(reportMutex);
+        report.kernel = integrator.kernel();
+        addView(report.census, view, integrator.hasLens());
+        report.memory = integrator.memory(*workers.front().tracer);
+        report.workers = workers.size();
+        report.filmBytes += view.film->bytes();
+        report.filmAovs += view.film->aovs().size();
     }
 
     void startWorkers() {

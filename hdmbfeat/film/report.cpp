@@ -32,7 +32,17 @@ void writeSettings(JsonWriter& json, const std::vector<Settings::Resolved>& sett
 void writeScene(JsonWriter& json, const EffectCensus& census) {
     json.key("effects").beginObject();
     json.key("present").value(census.present);
-    json.key("absent").value(census.absent).endObject();
+    json.key("absent").value(census.absent);
+    json.key("askedBy").beginObject();
+    for (const EffectDescriptor& row : effectTable()) {
+        const EffectUse& use = census.uses[static_cast<std::size_t>(row.effect)];
+        if (use.count > 0) {
+            json.key(row.name).beginObject();
+            json.key("count").value(static_cast<std::uint64_t>(use.count));
+            json.key("first").value(use.first).endObject();
+        }
+    }
+    json.endObject().endObject();
     json.key("scene").beginObject();
     json.key("triangles").value(static_cast<std::uint64_t>(census.triangles));
     json.key("instances").value(static_cast<std::uint64_t>(census.instances));
@@ -46,6 +56,44 @@ void writeTrace(JsonWriter& json, const TraceStatistics& trace) {
     json.key("rays").value(trace.rays);
     json.key("shadowRays").value(trace.shadowRays);
     json.key("nonFinite").value(trace.nonFinite).endObject();
+}
+
+void writeKernel(JsonWriter& json, const KernelChoice& kernel) {
+    json.key("kernel").beginObject();
+    json.key("instructions").value(kernel.instructions);
+    json.key("prebuilt").value(kernel.prebuilt);
+    json.key("handled").value(effectNames(kernel.handled)).endObject();
+}
+
+void writeBuilds(JsonWriter& json, const BuildStatistics& builds) {
+    json.key("builds").beginObject();
+    json.key("meshes").value(builds.accel.meshes);
+    json.key("placements").value(builds.accel.placements);
+    json.key("topBvh").value(builds.accel.top);
+    json.key("materialBindings").value(builds.accel.bindings);
+    json.key("lightTables").value(builds.lightTables);
+    json.key("imagesLoaded").value(builds.images).endObject();
+}
+
+void writeMemory(JsonWriter& json, const RenderReport& report) {
+    const MemoryStatistics& memory = report.memory;
+    const auto write = [&json](const char* name, std::size_t value) {
+        json.key(name).value(static_cast<std::uint64_t>(value));
+    };
+    json.key("memory").beginObject();
+    write("workers", report.workers);
+    write("pathStateBytesEach", memory.pathStates);
+    write("recordBytesEach", memory.records);
+    write("filmBytes", report.filmBytes);
+    write("filmAovs", report.filmAovs);
+    write("images", memory.imageCount);
+    write("imageBytes", memory.images);
+    write("primvars", memory.primvarCount);
+    write("primvarBytes", memory.primvars);
+    write("normalBytes", memory.normals);
+    write("emitterBytes", memory.emitters);
+    write("lightsInBvh", memory.lightsInBvh);
+    json.endObject();
 }
 
 } // namespace
@@ -69,6 +117,9 @@ std::string RenderReport::json() const {
     writeSettings(json, settings);
     writeScene(json, census);
     writeTrace(json, trace);
+    writeKernel(json, kernel);
+    writeBuilds(json, builds);
+    writeMemory(json, *this);
     json.key("seconds").beginArray();
     for (const auto& [phase, duration] : seconds) {
         json.beginObject().key("phase").value(phase);
@@ -76,6 +127,7 @@ std::string RenderReport::json() const {
     }
     json.endArray();
     json.key("totalSeconds").value(totalSeconds());
+    json.key("samplingCpuSeconds").value(samplingCpuSeconds);
     json.key("written").value(written);
     json.key("errors").value(errors);
     json.key("warnings").value(warnings);

@@ -18,9 +18,16 @@ struct RenderReport {
     std::vector<Settings::Resolved> settings;
     EffectCensus census;
     TraceStatistics trace;
+    KernelChoice kernel;       ///< of the last view
+    BuildStatistics builds;    ///< by this render's commit
+    MemoryStatistics memory;   ///< of the scene, and of each of the workers
+    std::size_t workers = 0;   ///< threads that traced
+    std::size_t filmBytes = 0; ///< of all films
+    std::size_t filmAovs = 0;  ///< that films hold, `color` included
     int samplesPerPixel = 0;
     /// Seconds by phase, in order: "commit", "sampling", "write", ...
     std::vector<std::pair<std::string, double>> seconds;
+    double samplingCpuSeconds = 0.0;  ///< of the process while it sampled
     std::vector<std::string> written; ///< files
     std::vector<std::string> errors;  ///< e.g. products that could not be written
     int warnings = 0;                 ///< distinct ones, of this render and of the scene's data

@@ -28,9 +28,6 @@ bool keepBuilding(void* stop, double /*fraction*/) {
     return !shouldStop || !shouldStop();
 }
 
-/// Up to so many light shapes are tested one by one.
-constexpr std::uint32_t kMostLooseShapes = 8;
-
 bool stopRequested(const StopCheck& shouldStop) {
     return shouldStop && shouldStop();
 }
@@ -215,9 +212,11 @@ bool Accel::commit(const Scene& scene, bool robust, const StopCheck& shouldStop)
             record->source = committed.source;
         } else if (sameMesh && record->instanced) {
             // The prototype stays; only its instances move.
+            ++builds_.placements;
             record->source = committed.source;
             placeInstances(*record);
         } else {
+            ++builds_.meshes;
             record = build(committed, shouldStop);
             if (stopRequested(shouldStop)) {
                 record.reset(); // its BVH may be half built
@@ -264,6 +263,7 @@ void Accel::updateBounds() {
 }
 
 void Accel::bindMaterials(const Scene& scene) {
+    ++builds_.bindings;
     bindingMessages_.withdraw();
     mayCutOut_ = false;
     triangles_ = 0;
@@ -371,8 +371,15 @@ void Accel::attach(std::uint32_t index) {
     }
 }
 
-bool Accel::commitTop(const LightSampler& lights, const StopCheck& shouldStop) {
+bool Accel::commitTop(const LightSampler& lights, bool surfacesChanged,
+                      const StopCheck& shouldStop) {
     lights_ = &lights;
+    const bool hadLights = looseShapes_ == 0 && !topEntries_.empty() && topEntries_.back().isLights;
+    if (!surfacesChanged && top_ && !hadLights && lights.shapeCount() <= kMostLooseShapes) {
+        looseShapes_ = lights.shapeCount(); // which are not in the structure
+        return true;
+    }
+    ++builds_.top;
     top_ = newScene();
     topEntries_.clear();
     for (std::uint32_t i = 0; i < geometries_.size(); ++i) {

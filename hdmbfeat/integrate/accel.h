@@ -29,6 +29,17 @@ namespace mbfeat {
 /// Polled by long work; true ends it early.
 using StopCheck = std::function<bool()>;
 
+/// Up to so many light shapes are met one by one after each query; more are in the structure.
+inline constexpr std::uint32_t kMostLooseShapes = 8;
+
+/// How often what was built, since the structure was made.
+struct AccelBuilds {
+    std::uint64_t meshes = 0;     ///< prims, with their BVH where they are instanced
+    std::uint64_t placements = 0; ///< instanced prims that moved and kept their BVH
+    std::uint64_t bindings = 0;   ///< materials of all prims bound to their meshes
+    std::uint64_t top = 0;        ///< the BVH over all prims
+};
+
 /// What a ray met, as indices.
 struct RayHit {
     enum class Kind : std::uint8_t { kNone, kSurface, kLight };
@@ -90,9 +101,10 @@ public:
     void bindMaterials(const Scene& scene);
     /// Triangles with an emissive material, for the light sampler, in render space.
     std::vector<EmissiveTriangle> collectEmissiveTriangles();
-    /// Builds the top level over all prims and the analytic lights, which must outlive it. False
-    /// when `shouldStop` said so: call it again before tracing.
-    bool commitTop(const LightSampler& lights, const StopCheck& shouldStop);
+    /// Builds the top level over all prims and the analytic lights, which must outlive it; keeps it
+    /// where surfaces did not change and no light is, or was, in it. False when `shouldStop` said
+    /// so: call it again before tracing, with `surfacesChanged`.
+    bool commitTop(const LightSampler& lights, bool surfacesChanged, const StopCheck& shouldStop);
     bool robust() const { return robust_; }
 
     /// Direction of any length; distances are in units of it. `coherent` for camera rays.
@@ -133,6 +145,9 @@ public:
                   float b2) const;
 
     const std::vector<std::unique_ptr<AccelGeometry>>& geometries() const { return geometries_; }
+    const AccelBuilds& builds() const { return builds_; }
+    /// Light shapes that are in the structure.
+    std::uint32_t lightsInside() const { return lights_->shapeCount() - looseShapes_; }
     const std::vector<EmissiveTriangleRef>& emissiveTriangles() const { return emissive_; }
     bool mayCutOut() const { return mayCutOut_; }
     /// Bindings of all geometries, numbered through: see AccelGeometry::firstBinding.
@@ -169,6 +184,7 @@ private:
     bool robust_ = true;
     bool mayCutOut_ = false;
     std::size_t triangles_ = 0, instances_ = 0, bindingCount_ = 0;
+    AccelBuilds builds_;
 };
 
 } // namespace mbfeat

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <set>
 #include <string>
 
 #include "core/pixelFilter.h"
 #include "integrate/accel.h"
 #include "integrate/cameraRay.h"
 #include "integrate/census.h"
+#include "integrate/effectParts.h"
 #include "integrate/kernels.h"
 #include "shading/lightSampler.h"
 
@@ -76,7 +78,9 @@ struct Integrator::Impl {
     Accel accel;
     LightSampler lights;
     Diagnostics lightMessages; ///< of the last time that the lights were prepared
-    bool lightsHaveMultipliers = false;
+    EffectCensus census;       ///< of the committed scene
+    EffectSet handled;         ///< by the view's kernel
+    std::uint64_t lightTables = 0;
     bool committedOnce = false;
     SceneChanges pending; ///< what an interrupted commit left to do
 
@@ -113,6 +117,7 @@ Integrator::~Integrator() = default;
 
 bool Integrator::commit(const RenderOptions& options, const std::function<bool()>& shouldStop) {
     Impl& m = *impl_;
+    m.scene.takeEffects(options.effects.taken);
     const SceneChanges changes = m.scene.commit();
     m.pending.geometry = m.pending.geometry || changes.geometry || !m.committedOnce;
     m.pending.materials = m.pending.materials || changes.materials;
@@ -127,19 +132,19 @@ bool Integrator::commit(const RenderOptions& options, const std::function<bool()
         m.accel.bindMaterials(m.scene);
     }
     if (rebuilt || m.pending.materials || m.pending.lights) {
+        ++m.lightTables;
         m.lightMessages.withdraw();
         m.lights.commit(m.scene.lights(), m.scene.origin(), m.accel.bounds().radius(),
                         m.accel.collectEmissiveTriangles(), m.lightMessages);
-        m.lightsHaveMultipliers =
-            std::any_of(m.scene.lights().begin(), m.scene.lights().end(), [](const auto& light) {
-                return light->diffuse != 1.0F || light->specular != 1.0F;
-            });
     }
     if (rebuilt || m.pending.lights) {
-        if (!m.accel.commitTop(m.lights, shouldStop)) {
+        if (!m.accel.commitTop(m.lights, rebuilt, shouldStop)) {
             m.pending.geometry = true;
             return false;
         }
+    }
+    if (rebuilt || m.pending.materials || m.pending.lights) {
+        m.census = takeCensus(m.scene, m.accel, m.lights);
     }
     m.pending = SceneChanges();
     m.committedOnce = true;
@@ -171,7 +176,18 @@ Status Integrator::setView(const Camera& camera, const ImageWindow& window,
     if (const std::string problem = kernelProblem(request.options.kernel); !problem.empty()) {
         m.messages().warn("mbfeat:kernel", problem);
     }
-    m.camera = CameraRays(camera, window, m.scene.origin());
+    Camera seen = camera;
+    const EffectRequest& effects = request.options.effects;
+    if (!request.options.blur || effects.taken.has(Effect::kDepthOfField)) {
+        seen.lensRadius = 0.0F;
+    }
+    m.handled = m.census.effects() | recordedEffects(request.recordFlags) | effects.forced;
+    if (effects.full) {
+        // Whether lights have multipliers is no matter of a kernel: they take more memory a path.
+        m.handled |= EffectSet::all() - EffectSet(Effect::kLightMultipliers);
+    }
+    m.camera = CameraRays(seen, window, m.scene.origin());
+    m.handled |= m.camera.hasLens() ? EffectSet(Effect::kDepthOfField) : EffectSet();
     m.filter = FilterSampler(request.options.pixelFilter, request.options.pixelFilterWidth);
     return {};
 }
@@ -179,9 +195,10 @@ Status Integrator::setView(const Camera& camera, const ImageWindow& window,
 std::unique_ptr<PathWorker> Integrator::makeWorker() const {
     const Impl& m = *impl_;
     const bool large = m.accel.triangleCount() + m.accel.instanceCount() >= kLargeScene;
-    const bool allFields =
-        (m.request.recordFlags & kRecordFirstNonDelta) != 0 || m.lightsHaveMultipliers;
-    return makePathWorker(m.request.options.kernel, large ? kLargeBatch : kSmallBatch, allFields);
+    const bool allFields = (m.request.recordFlags & kRecordFirstNonDelta) != 0 ||
+                           m.handled.has(Effect::kLightMultipliers);
+    return makePathWorker(m.request.options.kernel, large ? kLargeBatch : kSmallBatch, allFields,
+                          closureParts(m.handled));
 }
 
 bool Integrator::trace(PathWorker& worker, const PixelSample* samples, int count,
@@ -190,7 +207,7 @@ bool Integrator::trace(PathWorker& worker, const PixelSample* samples, int count
     const std::uint32_t flags = m.request.recordFlags;
     const PathContext context{m.accel,  m.lights,          m.camera,
                               m.filter, m.request.options, m.request.primvars,
-                              flags,    m.request.frame,   m.lightsHaveMultipliers};
+                              flags,    m.request.frame,   m.handled};
     const PathCounts before = worker.counts();
     const bool done = worker.trace(context, samples, count, stop);
     CounterShard& counters = m.counters[shardOfThread()];
@@ -212,7 +229,51 @@ bool Integrator::trace(PathWorker& worker, const PixelSample* samples, int count
 }
 
 EffectCensus Integrator::census() const {
-    return takeCensus(impl_->scene, impl_->accel, impl_->lights);
+    return impl_->census;
+}
+
+KernelChoice Integrator::kernel() const {
+    const Kernel wanted = impl_->request.options.kernel;
+    return {kernelName(chooseKernel(wanted)),
+            prebuiltName(choosePrebuilt(wanted, closureParts(impl_->handled))), impl_->handled};
+}
+
+bool Integrator::hasLens() const {
+    return impl_->camera.hasLens();
+}
+
+BuildStatistics Integrator::builds() const {
+    return {impl_->accel.builds(), impl_->lightTables, impl_->scene.textures().loaded()};
+}
+
+BuildStatistics BuildStatistics::operator-(const BuildStatistics& before) const {
+    return {{accel.meshes - before.accel.meshes, accel.placements - before.accel.placements,
+             accel.bindings - before.accel.bindings, accel.top - before.accel.top},
+            lightTables - before.lightTables,
+            images - before.images};
+}
+
+MemoryStatistics Integrator::memory(const PathWorker& worker) const {
+    const Impl& m = *impl_;
+    MemoryStatistics memory;
+    memory.pathStates = worker.stateBytes();
+    memory.records = worker.recordBytes();
+    std::set<const Mesh*> meshes;
+    for (const std::unique_ptr<AccelGeometry>& geometry : m.accel.geometries()) {
+        memory.emitters += geometry->emissiveIndex.size() * sizeof(std::int32_t);
+        if (!meshes.insert(geometry->mesh.get()).second) {
+            continue;
+        }
+        memory.normals += geometry->mesh->normals.values.size() * sizeof(float);
+        for (const NamedAttribute& primvar : geometry->mesh->primvars) {
+            ++memory.primvarCount;
+            memory.primvars += primvar.attribute.values.size() * sizeof(float);
+        }
+    }
+    memory.images = m.scene.textures().bytes();
+    memory.imageCount = static_cast<std::size_t>(m.scene.textures().count());
+    memory.lightsInBvh = m.accel.lightsInside();
+    return memory;
 }
 
 TraceStatistics Integrator::statistics() const {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/settings.h"
+#include "integrate/census.h"
 #include "integrate/pathRecord.h"
 #include "integrate/pathWorker.h"
 #include "scene/camera.h"
@@ -32,11 +33,31 @@ struct TraceStatistics {
     std::uint64_t paths = 0, rays = 0, shadowRays = 0, nonFinite = 0;
 };
 
-/// Which effects the scene calls for, and how much there is of things.
-struct EffectCensus {
-    std::vector<std::string> present; ///< e.g. "transmission", "textures", "environment"
-    std::vector<std::string> absent;
-    std::size_t triangles = 0, instances = 0, lights = 0, textureBytes = 0;
+/// What commits built and loaded, since the integrator was made.
+struct BuildStatistics {
+    AccelBuilds accel;
+    std::uint64_t lightTables = 0;
+    std::uint64_t images = 0; ///< read from files
+
+    BuildStatistics operator-(const BuildStatistics& before) const;
+};
+
+/// The kernel that a view is traced by, and what for.
+struct KernelChoice {
+    std::string instructions; ///< "scalar", "avx2" or "avx512"
+    std::string prebuilt;     ///< "diffuse", "opaque", "glass", "coated" or "full"
+    EffectSet handled;        ///< what the scene and the view call for, and what was forced on
+};
+
+/// Memory of a render, bytes.
+struct MemoryStatistics {
+    std::size_t pathStates = 0; ///< of one worker
+    std::size_t records = 0;    ///< of one worker
+    std::size_t primvars = 0;   ///< of meshes, normals apart
+    std::size_t normals = 0;
+    std::size_t emitters = 0; ///< tables of triangles that emit
+    std::size_t images = 0;
+    std::size_t imageCount = 0, primvarCount = 0, lightsInBvh = 0;
 };
 
 class Integrator {
@@ -61,8 +82,14 @@ public:
     bool trace(PathWorker& worker, const PixelSample* samples, int count,
                const StopCheck& stop) const;
 
+    /// Of the committed scene, without names.
     EffectCensus census() const;
+    KernelChoice kernel() const; ///< for the view
+    bool hasLens() const;        ///< whether the view has depth of field
     TraceStatistics statistics() const;
+    BuildStatistics builds() const;
+    /// Of the scene and of a worker for the view.
+    MemoryStatistics memory(const PathWorker& worker) const;
 
 private:
     struct Impl;

@@ -6,7 +6,7 @@ namespace mbfeat {
 
 namespace {
 
-using Factory = PathWorker* (*)(int capacity, bool allFields);
+using Factory = PathWorker* (*)(int capacity, bool allFields, std::uint32_t parts);
 
 /// The AVX-512 kernel's factory; null where the processor or the module is lacking. The module
 /// stays loaded: workers may outlive any owner of a handle.
@@ -63,17 +63,46 @@ const char* kernelName(Kernel kernel) {
     return "auto";
 }
 
-std::unique_ptr<PathWorker> makePathWorker(Kernel kernel, int capacity, bool allFields) {
+std::uint32_t choosePrebuilt(Kernel kernel, std::uint32_t parts) {
+    if (chooseKernel(kernel) == Kernel::kScalar) {
+        return kAllBsdfParts;
+    }
+    for (const std::uint32_t prebuilt : kPrebuiltParts) {
+        if ((parts & ~prebuilt) == 0) {
+            return prebuilt;
+        }
+    }
+    return kAllBsdfParts;
+}
+
+const char* prebuiltName(std::uint32_t prebuilt) {
+    switch (prebuilt) {
+    case kDiffuseParts:
+        return "diffuse";
+    case kOpaqueParts:
+        return "opaque";
+    case kGlassParts:
+        return "glass";
+    case kCoatedParts:
+        return "coated";
+    default:
+        return "full";
+    }
+}
+
+std::unique_ptr<PathWorker> makePathWorker(Kernel kernel, int capacity, bool allFields,
+                                           std::uint32_t parts) {
+    const std::uint32_t prebuilt = choosePrebuilt(kernel, parts);
     switch (chooseKernel(kernel)) {
     case Kernel::kScalar:
         return std::unique_ptr<PathWorker>(makeScalarWorker(capacity, allFields));
     case Kernel::kAvx512:
-        return std::unique_ptr<PathWorker>(wideFactory()(capacity, allFields));
+        return std::unique_ptr<PathWorker>(wideFactory()(capacity, allFields, prebuilt));
     case Kernel::kAvx2:
     case Kernel::kAuto:
         break;
     }
-    return std::unique_ptr<PathWorker>(makeLanesWorker(capacity, allFields));
+    return std::unique_ptr<PathWorker>(makeLanesWorker(capacity, allFields, prebuilt));
 }
 
 } // namespace mbfeat

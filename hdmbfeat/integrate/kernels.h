@@ -1,11 +1,13 @@
 // The kernels that there are, and which one this machine runs.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
 #include "core/settings.h"
 #include "integrate/pathWorker.h"
+#include "shading/bsdf.h"
 
 namespace mbfeat {
 
@@ -19,13 +21,30 @@ std::string kernelProblem(Kernel wanted);
 /// "scalar", "avx2" or "avx512".
 const char* kernelName(Kernel kernel);
 
+// The SIMD kernels are built for these sets of parts of the closure (BsdfPart), a set after its
+// subsets. More sets would be more code to build for less to gain.
+inline constexpr std::uint32_t kDiffuseParts = 0;
+inline constexpr std::uint32_t kOpaqueParts = kBsdfReflection;
+inline constexpr std::uint32_t kGlassParts = kBsdfReflection | kBsdfTransmission;
+inline constexpr std::uint32_t kCoatedParts =
+    kBsdfReflection | kBsdfClearcoat | kBsdfSpecularWorkflow;
+inline constexpr std::uint32_t kPrebuiltParts[] = {kDiffuseParts, kOpaqueParts, kGlassParts,
+                                                   kCoatedParts, kAllBsdfParts};
+
+/// The first prebuilt set that has these parts. The scalar kernel, as the reference, has them all.
+std::uint32_t choosePrebuilt(Kernel kernel, std::uint32_t parts);
+/// "diffuse", "opaque", "glass", "coated" or "full".
+const char* prebuiltName(std::uint32_t prebuilt);
+
 /// A worker for batches of up to `capacity` paths. `allFields`: the first vertex without a delta is
-/// recorded, or lights have multipliers. `kernel` is an answer of chooseKernel().
-std::unique_ptr<PathWorker> makePathWorker(Kernel kernel, int capacity, bool allFields);
+/// recorded, or lights have multipliers. `parts`: of the closure, what surfaces of the scene have.
+std::unique_ptr<PathWorker> makePathWorker(Kernel kernel, int capacity, bool allFields,
+                                           std::uint32_t parts);
 
 PathWorker* makeScalarWorker(int capacity, bool allFields);
 
 } // namespace mbfeat
 
-/// The SIMD kernel of the library's own instruction set; the caller owns the worker.
-extern "C" mbfeat::PathWorker* makeLanesWorker(int capacity, bool allFields);
+/// The SIMD kernel of the library's own instruction set for one of kPrebuiltParts; the caller owns
+/// the worker.
+extern "C" mbfeat::PathWorker* makeLanesWorker(int capacity, bool allFields, std::uint32_t parts);

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/effects.h"
 #include "core/pixelFilter.h"
 #include "core/settings.h"
 #include "integrate/accel.h"
@@ -32,7 +33,9 @@ struct PathContext {
     const std::vector<std::string>& primvars; ///< names behind primvars:*
     std::uint32_t recordFlags = 0;
     std::int64_t frame = 0;
-    bool lightsHaveMultipliers = false; ///< some light's diffuse or specular is not 1
+    /// What paths are handled for: all that the scene calls for, and maybe more. Stages and
+    /// branches of others are left out.
+    EffectSet effects = EffectSet::all();
 };
 
 /// Rays spent on paths.
@@ -56,6 +59,9 @@ public:
                        const StopCheck& stop) = 0;
 
     virtual int capacity() const = 0;
+    /// Memory of the batch: what paths carry along, and their records.
+    virtual std::size_t stateBytes() const = 0;
+    virtual std::size_t recordBytes() const = 0;
     virtual PathRecord* records() = 0;
     /// Since the worker was made.
     virtual const PathCounts& counts() const = 0;

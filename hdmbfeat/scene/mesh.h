@@ -67,4 +67,7 @@ struct Mesh {
     }
 };
 
+/// Whether two meshes hold the same bytes.
+bool isSame(const Mesh& a, const Mesh& b);
+
 } // namespace mbfeat

@@ -9,6 +9,8 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include "scene/takenEffects.h"
+
 namespace mbfeat {
 
 namespace {
@@ -197,6 +199,17 @@ void Scene::setRenderingColorSpace(const std::string& name) {
     ++version_;
 }
 
+void Scene::takeEffects(EffectSet taken) {
+    const std::lock_guard lock(mutex_);
+    if (taken == taken_) {
+        return;
+    }
+    taken_ = taken;
+    resolvedMaterials_.clear();
+    resolvedLights_.clear();
+    ++version_;
+}
+
 std::uint64_t Scene::version() const {
     const std::lock_guard lock(mutex_);
     return version_;
@@ -304,6 +317,13 @@ void Scene::resolveMaterials(const std::vector<std::string>& paths, const Images
                     material->images[i] = images.at(material->textures[i].image);
                 }
             }
+            takeEffectsFrom(*material, taken_);
+            const std::vector<bool> read = texturesInUse(*material);
+            for (std::size_t i = 0; i < read.size(); ++i) {
+                if (!read[i]) {
+                    material->images[i] = nullptr;
+                }
+            }
             entry = {source, std::move(material)};
         }
         materials_.push_back(entry.resolved);
@@ -320,6 +340,7 @@ void Scene::resolveLights(const Images& images) {
         if (entry.source != source) {
             auto light = std::make_shared<Light>(*source);
             light->image = readsTexture(*source) ? images.at(source->texture) : nullptr;
+            takeEffectsFrom(*light, taken_);
             entry = {source, std::move(light)};
         }
         lights_.push_back(entry.resolved);

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/diagnostics.h"
+#include "core/effects.h"
 #include "scene/light.h"
 #include "scene/material.h"
 #include "scene/mesh.h"
@@ -70,6 +71,10 @@ public:
     /// OpenColorIO name of the rendering space; see TextureCache.
     void setRenderingColorSpace(const std::string& name);
 
+    /// Takes effects away from materials and lights: what stands in their place is in
+    /// effectTable().
+    void takeEffects(EffectSet taken);
+
     /// Resolves materials and textures and computes the origin. Returns what changed. Committed are
     /// visible geometries with triangles, the materials bound to them, and the lights; only their
     /// textures are loaded, in parallel. A material that does not exist is reported and replaced
@@ -118,6 +123,7 @@ private:
     Diagnostics bindingMessages_; ///< of the last commit
     TextureCache textures_;
     std::string renderingSpace_;
+    EffectSet taken_;
     mutable std::mutex mutex_; ///< guards everything below
     std::uint64_t version_ = 0;
     std::uint64_t committedVersion_ = 0;

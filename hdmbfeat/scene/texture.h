@@ -89,6 +89,8 @@ public:
 
     std::size_t bytes() const;
     int count() const;
+    /// Images that were read from files, since the cache was made.
+    std::uint64_t loaded() const;
 
 private:
     struct Impl;

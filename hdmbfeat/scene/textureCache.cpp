@@ -1,5 +1,6 @@
 #include <sys/stat.h>
 
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <iterator>
@@ -147,6 +148,8 @@ struct TextureCache::Impl {
 
     explicit Impl(Diagnostics& d) : diagnostics(d) {}
 
+    std::atomic<std::uint64_t> loaded{0};
+
     std::shared_ptr<Slot> slot(const ImageKey& key) {
         const std::lock_guard lock(mutex);
         std::shared_ptr<Slot>& found = slots[key];
@@ -279,6 +282,7 @@ std::shared_ptr<const Image> TextureCache::get(const ImageKey& key, const std::s
                                          "; the fallback value is used instead");
     }
     slot->failed = image == nullptr;
+    impl_->loaded += image != nullptr ? 1U : 0U;
     slot->image = image;
     return image;
 }
@@ -306,6 +310,10 @@ std::size_t TextureCache::bytes() const {
         total += image->bytes();
     }
     return total;
+}
+
+std::uint64_t TextureCache::loaded() const {
+    return impl_->loaded;
 }
 
 int TextureCache::count() const {

@@ -188,6 +188,14 @@ std::size_t LightSampler::activeLightCount() const {
     return impl_->entryLight.size();
 }
 
+std::size_t LightSampler::choiceCount() const {
+    return impl_->entryLight.size() + impl_->triangles.size();
+}
+
+std::uint32_t LightSampler::onlyLight() const {
+    return choiceCount() == 1 && !impl_->entryLight.empty() ? impl_->entryLight.front() : kNoLight;
+}
+
 bool LightSampler::isActive(std::uint32_t light) const {
     return light < impl_->lights.size() && impl_->lights[light].has_value();
 }

@@ -104,6 +104,10 @@ public:
     bool empty() const;
     /// Number of lights in use; emissive triangles not counted.
     std::size_t activeLightCount() const;
+    /// The light that is all there is to choose from; kNoLight where there are more, or triangles.
+    std::uint32_t onlyLight() const;
+    /// Lights and emissive triangles to choose from.
+    std::size_t choiceCount() const;
     /// False for a light that was dropped.
     bool isActive(std::uint32_t light) const;
 

@@ -5,6 +5,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "bindings.h"
+#include "core/effects.h"
 #include "core/settings.h"
 
 namespace mbfeat {
@@ -47,6 +48,22 @@ void bindSettings(nb::module_& module) {
     module.def("setting_table", &settingTable, nb::rv_policy::copy, "Settings of a render.");
     module.def("denoise_setting_table", &denoiseSettingTable, nb::rv_policy::copy,
                "Settings of a denoise pass.");
+
+    nb::class_<EffectDescriptor>(module, "EffectDescriptor", "One row of the table of effects.")
+        .def_prop_ro("name", [](const EffectDescriptor& e) { return std::string(e.name); })
+        .def_prop_ro(
+            "doc", [](const EffectDescriptor& e) { return std::string(e.doc); },
+            "When a scene calls for it.")
+        .def_prop_ro(
+            "without",
+            [](const EffectDescriptor& e) {
+                return std::string(e.without != nullptr ? e.without : "");
+            },
+            "What stands in its place where mbfeat:effects takes it away; empty: it cannot be.");
+    module.def(
+        "effect_table",
+        [] { return std::vector<EffectDescriptor>(effectTable().begin(), effectTable().end()); },
+        "Effects that scenes may call for.");
 
     nb::class_<Settings>(module, "Settings", "Values of the settings, layered by who set them.")
         .def(nb::init<>())

@@ -65,6 +65,25 @@ def setting_table() -> list[SettingDescriptor]:
 def denoise_setting_table() -> list[SettingDescriptor]:
     """Settings of a denoise pass."""
 
+class EffectDescriptor:
+    """One row of the table of effects."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def doc(self) -> str:
+        """When a scene calls for it."""
+
+    @property
+    def without(self) -> str:
+        """
+        What stands in its place where mbfeat:effects takes it away; empty: it cannot be.
+        """
+
+def effect_table() -> list[EffectDescriptor]:
+    """Effects that scenes may call for."""
+
 class Settings:
     """Values of the settings, layered by who set them."""
 

@@ -66,7 +66,7 @@ public:
 private:
     /// Only what somebody reads: to write the rest would be most of the work of recording.
     void reset(PathRecord& record) const {
-        const std::uint32_t flags = context_.recordFlags;
+        const std::uint32_t flags = s_.recordFlags();
         record.radiance = Rgb(0.0F);
         record.nonFinite = false;
         if (flags == kRecordColor) {
@@ -123,7 +123,9 @@ private:
                                valueOfBits(IntLane<T>(kFlagDelta | kFlagTwoSided)));
         const LaneSampler<T> sampler = samplerOf(keys);
         const Vec2<T> position = filmPositions(samples, g, sampler.get2D(kDimPixel));
-        const Vec2<T> lens = context_.camera.hasLens() ? sampler.get2D(kDimLens) : Vec2<T>(T(0));
+        const Vec2<T> lens = kBuiltEffects.has(Effect::kDepthOfField) && context_.camera.hasLens()
+                                 ? sampler.get2D(kDimLens)
+                                 : Vec2<T>(T(0));
         startPaths(g, context_.camera.generate(position, lens), keys);
     }
 
@@ -159,13 +161,13 @@ private:
         paths.template set<T>(kReceiverP, g.write, {ray.origin, zero});
         paths.template set<T>(kReceiverN, g.write, {Vec3<T>(n), zero});
         paths.template set<T>(kKeys, g.write, keys);
-        if ((context_.recordFlags & kRecordFirstNonDelta) != 0) {
+        if ((s_.recordFlags() & kRecordFirstNonDelta) != 0) {
             paths.template set<T>(kTint, g.write, {one, one, one, zero}); // and kPathLength
         }
     }
 
     bool recordsFirstHit() const {
-        return (context_.recordFlags & (kRecordFirstHit | kRecordPrimvars)) != 0;
+        return (s_.recordFlags() & (kRecordFirstHit | kRecordPrimvars)) != 0;
     }
 
     void recordDepth(std::int32_t slot) {

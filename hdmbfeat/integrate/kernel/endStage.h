@@ -45,6 +45,9 @@ public:
 
     /// Ends the paths that left the scene.
     void misses(int vertex) {
+        if (!s_.template handles<Effect::kEnvironment>()) {
+            return;
+        }
         const std::uint32_t count = lights_.environmentCount();
         if (count == 0) {
             return;
@@ -81,13 +84,17 @@ private:
         if (vertex == 0 || isDelta(slot)) {
             return 1.0F;
         }
-        if (lightPdf > 0.0F && !lights_.castsShadows(light)) {
+        if (s_.template handles<Effect::kShadowlessLights>() && lightPdf > 0.0F &&
+            !lights_.castsShadows(light)) {
             return 0.0F;
         }
         return misWeight(s_.paths.value(kBsdfPdf, slot), lightPdf);
     }
     /// A light's own multipliers, for what the segment's scattering makes of it.
     Rgb multiplier(int vertex, int slot, std::uint32_t light) const {
+        if (!s_.template handles<Effect::kLightMultipliers>()) {
+            return Rgb(1.0F);
+        }
         const float d = lights_.diffuseMultiplier(light);
         const float s = lights_.specularMultiplier(light);
         if (vertex == 0 || (d == 1.0F && s == 1.0F)) {
@@ -108,7 +115,7 @@ private:
         record.vertexCount = static_cast<std::uint8_t>(vertex + 1);
         record.features[vertex] = {base, normal, Rgb(0.0F)};
         record.nonFinite = record.nonFinite || !isFinite(base) || !isFinite(normal);
-        const std::uint32_t flags = s_.context->recordFlags;
+        const std::uint32_t flags = s_.recordFlags();
         if ((flags & kRecordExtended) != 0) {
             record.extended[vertex].distance = s_.paths.value(kDistance, slot);
             record.extended[vertex].throughput = throughput(slot);

@@ -53,7 +53,7 @@ public:
     }
 
     SurfaceInputs<T> surfaces() const {
-        if (one_ != nullptr && !one_->instanced) {
+        if (one_ != nullptr && !(kBuiltEffects.has(Effect::kInstancing) && one_->instanced)) {
             return gathered(*one_);
         }
         Transposer<T, SurfaceInputs> inputs;

@@ -5,8 +5,10 @@
 #include <cstddef>
 #include <vector>
 
+#include "core/effects.h"
 #include "core/sampler.h"
 #include "integrate/dimensions.h"
+#include "integrate/effectParts.h"
 #include "integrate/kernel/pathStream.h"
 #include "integrate/kernel/raySort.h"
 #include "integrate/pathWorker.h"
@@ -41,6 +43,18 @@ template <class T>
 Mask<T> isLit(const Vec3<T>& c) {
     return c.x != T(0) || c.y != T(0) || c.z != T(0);
 }
+
+/// Effects that this translation unit is compiled for: all, but in builds that measure what an
+/// effect costs where it is absent (tests/bench).
+#if defined(MBFEAT_WITHOUT_EFFECT)
+inline constexpr EffectSet kBuiltEffects =
+    EffectSet::all() - EffectSet(Effect::MBFEAT_WITHOUT_EFFECT);
+#else
+inline constexpr EffectSet kBuiltEffects = EffectSet::all();
+#endif
+
+/// Parts of records that can be asked for there.
+inline constexpr std::uint32_t kBuiltRecordFlags = recordFlagsOf(kBuiltEffects);
 
 /// Offset of a field of PathRecord in floats.
 #define MBFEAT_RECORD_FIELD(field) static_cast<int>(offsetof(PathRecord, field) / sizeof(float))
@@ -87,6 +101,15 @@ struct KernelState {
     RaySorter sorter;
 
     PathCounts counts;
+
+    /// Whether paths are handled for the effect.
+    template <Effect effect>
+    bool handles() const {
+        return kBuiltEffects.has(effect) && context->effects.has(effect);
+    }
+
+    /// What of the records somebody reads.
+    std::uint32_t recordFlags() const { return context->recordFlags & kBuiltRecordFlags; }
 
     /// A batch of slots from a list: to read from, and to write to. Past the end of the list the
     /// first slot is read again and scratch slots are written.
@@ -165,7 +188,7 @@ struct KernelState {
     /// itself, those beyond the features are the tail.
     void addContribution(int vertex, const std::int32_t* slots, const Vec3<T>& value) {
         add3(MBFEAT_RECORD_FIELD(radiance), slots, value);
-        if ((context->recordFlags & kRecordContributions) != 0) {
+        if ((recordFlags() & kRecordContributions) != 0) {
             const int part = vertex < 0 ? MBFEAT_RECORD_FIELD(emission)
                              : vertex < kFeatureVertices
                                  ? MBFEAT_RECORD_FIELD(contributions) + 3 * vertex
@@ -176,7 +199,7 @@ struct KernelState {
     void addContributionOf(int slot, int vertex, const Rgb& value) {
         PathRecord& record = records[static_cast<std::size_t>(slot)];
         record.radiance += value;
-        if ((context->recordFlags & kRecordContributions) == 0) {
+        if ((recordFlags() & kRecordContributions) == 0) {
             return;
         }
         if (vertex < 0) {

@@ -15,7 +15,23 @@
 #define MBFEAT_KERNEL_FACTORY makeLanesWorker
 #endif
 
+/// `parts` is one of mbfeat::kPrebuiltParts.
 extern "C" __attribute__((visibility("default"))) mbfeat::PathWorker*
-MBFEAT_KERNEL_FACTORY(int capacity, bool allFields) {
-    return new mbfeat::PathKernel<xsimd::batch<float>>(capacity, allFields);
+MBFEAT_KERNEL_FACTORY(int capacity, bool allFields, std::uint32_t parts) {
+    using namespace mbfeat;
+    using T = xsimd::batch<float>;
+    constexpr std::uint32_t kBuilt =
+        kBuiltEffects.has(Effect::kReflection) ? closureParts(kBuiltEffects) : 0U;
+    switch (parts) {
+    case kDiffuseParts:
+        return new PathKernel<T, kDiffuseParts & kBuilt>(capacity, allFields);
+    case kOpaqueParts:
+        return new PathKernel<T, kOpaqueParts & kBuilt>(capacity, allFields);
+    case kGlassParts:
+        return new PathKernel<T, kGlassParts & kBuilt>(capacity, allFields);
+    case kCoatedParts:
+        return new PathKernel<T, kCoatedParts & kBuilt>(capacity, allFields);
+    default:
+        return new PathKernel<T, kAllBsdfParts & kBuilt>(capacity, allFields);
+    }
 }

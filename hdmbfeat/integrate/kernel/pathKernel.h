@@ -15,7 +15,8 @@
 
 namespace mbfeat {
 
-template <class T>
+/// E: the parts of the closure that surfaces of the scene have (BsdfPart).
+template <class T, std::uint32_t E>
 class PathKernel final : public PathWorker {
 public:
     PathKernel(int capacity, bool allFields) : s_(capacity, allFields) {}
@@ -23,10 +24,12 @@ public:
     bool trace(const PathContext& context, const PixelSample* samples, int count,
                const StopCheck& stop) override {
         s_.context = &context;
-        return (context.recordFlags & kPathRecordFlags) != 0 ? follow<true>(samples, count, stop)
-                                                             : follow<false>(samples, count, stop);
+        return (s_.recordFlags() & kPathRecordFlags) != 0 ? follow<true>(samples, count, stop)
+                                                          : follow<false>(samples, count, stop);
     }
     int capacity() const override { return s_.paths.capacity(); }
+    std::size_t stateBytes() const override { return s_.paths.bytes() + s_.shadows.bytes(); }
+    std::size_t recordBytes() const override { return s_.records.size() * sizeof(PathRecord); }
     PathRecord* records() override { return s_.records.data(); }
     const PathCounts& counts() const override { return s_.counts; }
 
@@ -36,7 +39,7 @@ private:
         CameraStage<T> camera(s_);
         TraceStage<T> trace(s_);
         EndStage<T> end(s_);
-        ShadeStage<T, Record> shade(s_);
+        ShadeStage<T, Record, E> shade(s_);
         camera.start(samples, count);
         for (int vertex = 0; !s_.active.empty(); ++vertex) {
             if (stop && stop()) {

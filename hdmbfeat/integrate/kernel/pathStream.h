@@ -22,7 +22,9 @@ class LaneArray {
 public:
     LaneArray() = default;
     explicit LaneArray(std::size_t size)
-        : data_(static_cast<V*>(::operator new(size * sizeof(V), kAlignment))) {}
+        : data_(static_cast<V*>(::operator new(size * sizeof(V), kAlignment))),
+          size_(size) {}
+    std::size_t size() const { return size_; }
     V* data() { return data_.get(); }
     const V* data() const { return data_.get(); }
 
@@ -32,6 +34,7 @@ private:
         void operator()(V* data) const { ::operator delete(data, kAlignment); }
     };
     std::unique_ptr<V, Free> data_;
+    std::size_t size_ = 0;
 };
 
 /// Places in the row of a path, in floats. Vectors take three, and share their quad with the value
@@ -54,6 +57,7 @@ enum PathField : int {
     kReceiverP = 20,
     kBsdfPdf = 23, ///< density of the scattering that made the segment
     kReceiverN = 24,
+    kKindCounts = 27, ///< integer: scatterings of each kind, see ScatterLimits; 0 if not limited
     kKeys = 28,
     kKeyLow = kKeys, ///< integer, as the next three
     kKeyHigh = 29,
@@ -90,6 +94,7 @@ public:
     }
 
     int capacity() const { return capacity_; }
+    std::size_t bytes() const { return rows_.size() * sizeof(float); }
 
     // One path.
     float& value(int field, int slot) { return row(slot)[field]; }
@@ -152,6 +157,7 @@ public:
 
     void clear() { size_ = 0; }
     int size() const { return size_; }
+    std::size_t bytes() const { return rows_.size() * sizeof(float); }
     float value(int field, int entry) const { return row(entry)[field]; }
     std::int32_t slot(int entry) const {
         return *reinterpret_cast<const std::int32_t*>(row(entry) + kShadowSlot);

@@ -3,5 +3,5 @@
 #include "integrate/kernels.h"
 
 mbfeat::PathWorker* mbfeat::makeScalarWorker(int capacity, bool allFields) {
-    return new PathKernel<float>(capacity, allFields);
+    return new PathKernel<float, kAllBsdfParts>(capacity, allFields);
 }

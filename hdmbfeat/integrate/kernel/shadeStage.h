@@ -5,22 +5,23 @@
 #include "integrate/kernel/endStage.h"
 #include "integrate/kernel/hitLanes.h"
 #include "integrate/kernel/kernelState.h"
+#include "integrate/kernel/scatterLimits.h"
 #include "integrate/kernel/surfaceLanes.h"
+#include "shading/diffuseSurface.h"
 #include "shading/lightLanes.h"
-#include "shading/previewSurface.h"
 #include "shading/shadingNormal.h"
 
 namespace mbfeat {
 
-/// A vertex on a surface, ready for scattering.
-template <class T>
+/// A vertex on a surface, ready for scattering by a closure.
+template <class T, class Closure>
 struct VertexLanes {
     SurfacePointLanes<T> point;
     Mask<T> outside; ///< the path arrives on the outside
     Vec3<T> ng;      ///< geometric normal, facing the ray
     Frame<T> frame;
-    Bsdf<T> bsdf;
-    typename Bsdf<T>::Outgoing out; ///< towards where the path came from, in the shading frame
+    Closure bsdf;
+    typename Closure::Outgoing out; ///< towards where the path came from, in the shading frame
     Mask<T> twoSided;               ///< light may arrive from below
 };
 
@@ -34,8 +35,8 @@ struct ArrivalLanes {
     T distance;       ///< from the last vertex
 };
 
-/// Record: the features of the path are recorded.
-template <class T, bool Record>
+/// Record: the features of the path are recorded. E: the parts of the closure that there are.
+template <class T, bool Record, std::uint32_t E>
 class ShadeStage {
 public:
     explicit ShadeStage(KernelState<T>& state) : s_(state), context_(*state.context) {}
@@ -51,21 +52,23 @@ public:
 
 private:
     static constexpr int kWidth = LaneTraits<T>::kWidth;
-    static constexpr float kWideRoughness = 0.3F;
+    static constexpr bool kTransmits = (E & kBsdfTransmission) != 0;
     using Group = typename KernelState<T>::Group;
+    using Closure = ClosureOf<T, E>;
+    using Vertex = VertexLanes<T, Closure>;
 
     void shade(const Group& g, int vertex) {
         const HitLanes<T> hits(s_, g);
         const ArrivalLanes<T> arrival = arrivals(hits, g);
         const SurfaceParameters<T> parameters = materials(hits);
-        const VertexLanes<T> v = makeVertex(hits, parameters, arrival.direction);
+        const Vertex v = makeVertex(hits, parameters, arrival.direction);
 
         addEmission(g, vertex, hits, parameters, v, arrival.throughput);
         const bool scatters = vertex < context_.options.maxBounces;
         const Mask<T> lightable = v.bsdf.hasNonDelta();
         constexpr auto kNormalReaders =
             static_cast<std::uint32_t>(kRecordFirstHit | kRecordPrimvars);
-        if (vertex == 0 && (context_.recordFlags & kNormalReaders) != 0) {
+        if (vertex == 0 && (s_.recordFlags() & kNormalReaders) != 0) {
             s_.setRecord3(MBFEAT_RECORD_FIELD(normal), g.write, v.frame.n);
         }
         if constexpr (Record) {
@@ -73,10 +76,11 @@ private:
         }
         if (scatters) {
             const LaneSampler<T> sampler = samplerOf(arrival.keys);
+            const ScatterLimits<T> limits = limitsOf(g, arrival, parameters);
             if (!context_.lights.empty()) {
-                sampleLight(g, vertex, v, lightable, arrival.throughput, sampler);
+                sampleLight(g, vertex, v, lightable, arrival.throughput, sampler, limits);
             }
-            scatter(g, vertex, v, arrival, sampler);
+            scatter(g, vertex, v, arrival, sampler, limits);
         }
     }
 
@@ -86,25 +90,40 @@ private:
                 s_.paths.template get<T>(kKeys, g.read), hits.distance()};
     }
 
+    ScatterLimits<T> limitsOf(const Group& g, const ArrivalLanes<T>& arrival,
+                              const SurfaceParameters<T>& parameters) const {
+        if (!context_.options.limitsKinds()) {
+            return {};
+        }
+        const IntLane<T> scatterings = bitsOf(arrival.keys.w) & IntLane<T>(kScatteringsMask);
+        return {context_.options, bitsOf(s_.paths.template get<T>(kReceiverN, g.read).w),
+                toFloat(scatterings) > T(0), parameters.roughness};
+    }
+
     /// Material inputs at all hits. Where the whole group has one constant material nothing is
     /// looked up.
     SurfaceParameters<T> materials(const HitLanes<T>& hits) {
+        const bool varies = s_.template handles<Effect::kTextures>() ||
+                            s_.template handles<Effect::kNormalMaps>() ||
+                            s_.template handles<Effect::kPrimvars>();
         if (const MaterialBinding* const binding = hits.oneBinding()) {
-            if (binding->isConstant) {
+            if (!varies || binding->isConstant) {
                 return surfaceParameters<T>(binding->constants);
             }
         }
         Transposer<T, MaterialValues> values;
         for (int i = 0; i < kWidth; ++i) {
             const RayHit hit = hits.hit(i);
-            values.set(i, materialValues(evaluateMaterial(bindingAt(hits.geometry(i), hit.triangle),
-                                                          hit.triangle, hit.b1, hit.b2)));
+            const MaterialBinding& binding = bindingAt(hits.geometry(i), hit.triangle);
+            values.set(
+                i, materialValues(varies ? evaluateMaterial(binding, hit.triangle, hit.b1, hit.b2)
+                                         : binding.constants));
         }
         return surfaceParameters<T>(values.lanes());
     }
 
-    VertexLanes<T> makeVertex(const HitLanes<T>& hits, const SurfaceParameters<T>& parameters,
-                              const Vec3<T>& direction) {
+    Vertex makeVertex(const HitLanes<T>& hits, const SurfaceParameters<T>& parameters,
+                      const Vec3<T>& direction) {
         const SurfacePointLanes<T> point = surfacePoint(hits.surfaces());
         const Vec3<T> wo = -direction;
         const Mask<T> outside = dot(wo, point.ng) >= T(0);
@@ -112,19 +131,20 @@ private:
         const Vec3<T> mapped = mappedNormals(hits, point.ns, parameters.tangentNormal);
         const Vec3<T> ns = visibleShadingNormal(select<T>(outside, mapped, -mapped), ng, wo);
         const Frame<T> frame = Frame<T>::fromNormal(ns);
-        const Bsdf<T> bsdf(parameters, outside);
+        const Closure bsdf(parameters, outside);
         return {point,
                 outside,
                 ng,
                 frame,
                 bsdf,
                 bsdf.outgoing(frame.toLocal(wo)),
-                parameters.opacity < T(1)};
+                kTransmits ? parameters.opacity < T(1) : Mask<T>(false)};
     }
 
     Vec3<T> mappedNormals(const HitLanes<T>& hits, const Vec3<T>& ns,
                           const Vec3<T>& tangentNormal) {
-        if (none(tangentNormal.x != T(0) || tangentNormal.y != T(0))) {
+        if (!s_.template handles<Effect::kNormalMaps>() ||
+            none(tangentNormal.x != T(0) || tangentNormal.y != T(0))) {
             return ns;
         }
         const LaneBuffer3<T> from(ns);
@@ -138,8 +158,11 @@ private:
 
     /// Emission of the surface, weighted against having sampled it as a light.
     void addEmission(const Group& g, int vertex, const HitLanes<T>& hits,
-                     const SurfaceParameters<T>& parameters, const VertexLanes<T>& v,
+                     const SurfaceParameters<T>& parameters, const Vertex& v,
                      const Vec3<T>& throughput) {
+        if (!s_.template handles<Effect::kEmissiveGeometry>()) {
+            return;
+        }
         const std::uint32_t bits = laneBits(isLit(parameters.emission)) & g.bits;
         if (bits == 0) {
             return;
@@ -170,7 +193,7 @@ private:
         }
     }
 
-    void record(const Group& g, int vertex, const VertexLanes<T>& v, const Mask<T>& nonDelta,
+    void record(const Group& g, int vertex, const Vertex& v, const Mask<T>& nonDelta,
                 const ArrivalLanes<T>& arrival) {
         const Vec3<T> albedo = v.bsdf.albedo();
         if (vertex < kFeatureVertices) {
@@ -186,7 +209,7 @@ private:
                 s_.records[static_cast<std::size_t>(g.read[i])].vertexCount =
                     static_cast<std::uint8_t>(vertex + 1);
             }
-            if ((context_.recordFlags & kRecordExtended) != 0) {
+            if ((s_.recordFlags() & kRecordExtended) != 0) {
                 static_assert(offsetof(VertexExtended, throughput) ==
                               offsetof(VertexExtended, distance) + sizeof(float));
                 const Vec3<T>& carried = arrival.throughput;
@@ -194,7 +217,7 @@ private:
                              g.write, {arrival.distance, carried.x, carried.y, carried.z});
             }
         }
-        if ((context_.recordFlags & kRecordFirstNonDelta) == 0) {
+        if ((s_.recordFlags() & kRecordFirstNonDelta) == 0) {
             return;
         }
         const std::uint32_t bits = laneBits(nonDelta) & g.bits;
@@ -208,8 +231,9 @@ private:
     }
 
     /// Next-event estimation: a shadow ray for every path that has light to gain.
-    void sampleLight(const Group& g, int vertex, const VertexLanes<T>& v, const Mask<T>& lightable,
-                     const Vec3<T>& throughput, const LaneSampler<T>& sampler) {
+    void sampleLight(const Group& g, int vertex, const Vertex& v, const Mask<T>& lightable,
+                     const Vec3<T>& throughput, const LaneSampler<T>& sampler,
+                     const ScatterLimits<T>& limits) {
         const std::uint32_t wanted = laneBits(lightable) & g.bits;
         if (wanted == 0) {
             return;
@@ -220,15 +244,23 @@ private:
         if (none(usable)) {
             return;
         }
-        const BsdfValue<T> value = v.bsdf.evaluate(v.out, wi);
-        const Vec3<T> scattered = value.diffuse * light.diffuse + value.specular * light.specular;
+        BsdfValue<T> value = v.bsdf.evaluate(v.out, wi);
+        if (limits.on()) {
+            value = limits.limited(value, wi);
+        }
+        const Vec3<T> scattered =
+            s_.template handles<Effect::kLightMultipliers>()
+                ? value.diffuse * light.diffuse + value.specular * light.specular
+                : value.total();
         usable = usable && isLit(scattered);
         if (none(usable)) {
             return;
         }
         const T pdf = select(usable, light.pdf, T(1));
-        const Mask<T> shadowless = light.castsShadows == T(0);
-        const Mask<T> alone = light.delta > T(0) || shadowless; // see EndStage::mis()
+        Mask<T> alone = light.delta > T(0);
+        if (s_.template handles<Effect::kShadowlessLights>()) {
+            alone = alone || light.castsShadows == T(0); // see EndStage::mis()
+        }
         const T weight = select(alone, T(1), misWeight(pdf, value.pdf));
         const Vec3<T> direct = scattered * light.radiance * (weight / pdf);
 
@@ -243,17 +275,27 @@ private:
             direction = select<T>(near, segment.direction, direction);
             tFar = select(near, segment.length, tFar);
         }
-        tFar = select(shadowless, T(0), tFar); // nothing is met before the ray's start
+        if (s_.template handles<Effect::kShadowlessLights>()) {
+            // Nothing is met before the ray's start.
+            tFar = select(light.castsShadows == T(0), T(0), tFar);
+        }
         s_.shadows.template push<T>(usable, origin, direction, tFar, direct, throughput * direct,
                                     loadIntLanes<T>(g.read));
     }
 
     /// A light sample for each wanted lane; pdf 0 in the others.
-    LightValues<T> lightSamples(std::uint32_t wanted, int vertex, const VertexLanes<T>& v,
+    LightValues<T> lightSamples(std::uint32_t wanted, int vertex, const Vertex& v,
                                 const LaneSampler<T>& sampler) {
         const std::uint32_t base = vertexDimension(vertex);
-        const LaneBuffer<T> choice(sampler.get1D(base + kDimLightChoice));
         const Vec2<T> u = sampler.get2D(base + kDimLight);
+        if (!s_.template handles<Effect::kSeveralLights>()) {
+            const std::uint32_t only = context_.lights.onlyLight();
+            if (only != kNoLight && samplesOnLanes(context_.lights.prepared(only))) {
+                const T probability = select(maskOfBits<T>(wanted), T(1), T(0));
+                return oneLight(context_.lights.prepared(only), v, u, probability);
+            }
+        }
+        const LaneBuffer<T> choice(sampler.get1D(base + kDimLightChoice));
         const LaneBuffer<T> ux(u.x), uy(u.y);
         const LaneBuffer3<T> p(v.point.p), n(v.frame.n);
         const std::uint32_t twoSided = laneBits(v.twoSided);
@@ -301,8 +343,8 @@ private:
     }
 
     /// The same light for all lanes.
-    static LightValues<T> oneLight(const PreparedLight& light, const VertexLanes<T>& v,
-                                   const Vec2<T>& u, const T& probability) {
+    static LightValues<T> oneLight(const PreparedLight& light, const Vertex& v, const Vec2<T>& u,
+                                   const T& probability) {
         const LightLanes<T> s = sampleOnLanes<T>(light, v.point.p, u);
         LightValues<T> values;
         values.wi = s.wi;
@@ -329,17 +371,21 @@ private:
         const MaterialBinding& binding = bindingAt(geometry, ref.triangle);
         const Rgb emission = evaluateMaterial(binding, ref.triangle, light.b1, light.b2).emission;
         // Where a cut-out is not there it does not shine either.
-        return geometry.mayCutOut
+        return s_.template handles<Effect::kCutouts>() && geometry.mayCutOut
                    ? emission * evaluateOpacity(binding, ref.triangle, light.b1, light.b2)
                    : emission;
     }
 
     /// Chooses the next segment of each path, and whether it goes on.
-    void scatter(const Group& g, int vertex, const VertexLanes<T>& v,
-                 const ArrivalLanes<T>& arrival, const LaneSampler<T>& sampler) {
+    void scatter(const Group& g, int vertex, const Vertex& v, const ArrivalLanes<T>& arrival,
+                 const LaneSampler<T>& sampler, const ScatterLimits<T>& limits) {
         const std::uint32_t base = vertexDimension(vertex);
-        const BsdfSample<T> sample = v.bsdf.sample(v.out, sampler.get1D(base + kDimBsdfLobe),
-                                                   sampler.get2D(base + kDimBsdf));
+        const T lobe = Closure::kChoosesLobes ? sampler.get1D(base + kDimBsdfLobe) : T(0);
+        BsdfSample<T> sample = v.bsdf.sample(v.out, lobe, sampler.get2D(base + kDimBsdf));
+        T counts(0);
+        if (limits.on()) {
+            counts = valueOfBits(limits.limit(v.bsdf.evaluate(v.out, sample.wi), sample));
+        }
         const Vec3<T> wi = v.frame.toWorld(sample.wi);
         // Where the geometric and the shading side of wi differ, light would leak through.
         Mask<T> on = maskOfBits<T>(g.bits) && sample.pdf > T(0) && isLit(sample.weight) &&
@@ -372,13 +418,13 @@ private:
         paths.template set<T>(kDirection, g.write, {wi, T(kInfinity)});
         paths.template set<T>(kThroughput, g.write, {carried, etaScale});
         paths.template set<T>(kReceiverP, g.write, {v.point.p, sample.pdf});
-        paths.template set<T>(kReceiverN, g.write, {v.frame.n, T(0)});
+        paths.template set<T>(kReceiverN, g.write, {v.frame.n, counts});
         paths.template set<T>(kKeys, g.write,
                               {arrival.keys.x, arrival.keys.y, arrival.keys.z, valueOfBits(flags)});
         if constexpr (Record) {
             keepForRecord(g, sample, arrival.distance);
         }
-        if (context_.lightsHaveMultipliers) {
+        if (s_.template handles<Effect::kLightMultipliers>()) {
             keepDiffuseShare(g, v, sample);
         }
         for (int i = 0; i < g.count; ++i) {
@@ -406,7 +452,7 @@ private:
     }
 
     void recordEvent(const Group& g, int vertex, const BsdfSample<T>& sample, const Mask<T>& on) {
-        if (vertex >= kFeatureVertices || (context_.recordFlags & kRecordExtended) == 0) {
+        if (vertex >= kFeatureVertices || (s_.recordFlags() & kRecordExtended) == 0) {
             return;
         }
         const LaneBuffer<T> roughness(sample.roughness);
@@ -432,7 +478,7 @@ private:
     }
 
     void keepForRecord(const Group& g, const BsdfSample<T>& sample, const T& distance) {
-        if ((context_.recordFlags & kRecordFirstNonDelta) == 0) {
+        if ((s_.recordFlags() & kRecordFirstNonDelta) == 0) {
             return;
         }
         const LaneQuad<T> before = s_.paths.template get<T>(kTint, g.read);
@@ -443,7 +489,7 @@ private:
     }
 
     /// Part of the scattered light that diffuse lobes made, for lights with multipliers.
-    void keepDiffuseShare(const Group& g, const VertexLanes<T>& v, const BsdfSample<T>& sample) {
+    void keepDiffuseShare(const Group& g, const Vertex& v, const BsdfSample<T>& sample) {
         const BsdfValue<T> value = v.bsdf.evaluate(v.out, sample.wi);
         const Vec3<T> total = value.total();
         Vec3<T> share;

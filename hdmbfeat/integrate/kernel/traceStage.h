@@ -43,7 +43,7 @@ public:
         std::vector<std::int32_t>& order = s_.shadowOrder;
         order.resize(static_cast<std::size_t>(queue.size()));
         std::iota(order.begin(), order.end(), 0);
-        if (accel_.mayCutOut()) {
+        if (s_.template handles<Effect::kCutouts>() && accel_.mayCutOut()) {
             for (const std::int32_t entry : order) {
                 addShadowed<Record>(vertex, entry, visibility(entry));
             }
@@ -74,6 +74,13 @@ private:
     }
     bool sorts() const { return accel_.triangleCount() + accel_.instanceCount() >= kSortFrom; }
 
+    IntLane<T> looseShapes(const Vec3<T>& origin, const Vec3<T>& direction, const T& tNear,
+                           T& tFar) const {
+        return s_.template handles<Effect::kAreaLights>()
+                   ? accel_.template meetLooseShapes<T>(origin, direction, tNear, tFar)
+                   : IntLane<T>(-1);
+    }
+
     void closestPacket(const std::int32_t* slots, std::size_t left, int vertex) {
         PathStream& paths = s_.paths;
         if constexpr (kPackets) {
@@ -102,8 +109,7 @@ private:
             accel_.template intersectPacket<kPacket>(valid, query, vertex == 0);
             alignas(64) std::int32_t shape[kPacket];
             T tFar = loadLanes<T>(query.ray.tfar);
-            storeIntLanes<T>(
-                shape, accel_.template meetLooseShapes<T>(from.xyz(), along.xyz(), from.w, tFar));
+            storeIntLanes<T>(shape, looseShapes(from.xyz(), along.xyz(), from.w, tFar));
             const LaneBuffer<T> t(tFar);
             for (int i = 0; i < g.count; ++i) {
                 take(slots[i], vertex,
@@ -128,8 +134,9 @@ private:
         float distance = hit.t;
         const bool hidden = hit.kind == RayHit::Kind::kLight && vertex == 0 &&
                             !s_.context->lights.visibleToCamera(hit.light);
-        const bool maybeThere =
-            hit.kind == RayHit::Kind::kSurface && accel_.geometries()[hit.geometry]->mayCutOut;
+        const bool maybeThere = s_.template handles<Effect::kCutouts>() &&
+                                hit.kind == RayHit::Kind::kSurface &&
+                                accel_.geometries()[hit.geometry]->mayCutOut;
         if (hidden || maybeThere) {
             distance = pass(slot, vertex, hit);
         }
@@ -230,8 +237,7 @@ private:
 
             const std::uint32_t bits = (std::uint32_t{1} << count) - 1U;
             T tFar = from.w;
-            const IntLane<T> shape =
-                accel_.template meetLooseShapes<T>(from.xyz(), along.xyz(), T(kSurfaceNear), tFar);
+            const IntLane<T> shape = looseShapes(from.xyz(), along.xyz(), T(kSurfaceNear), tFar);
             const Mask<T> passed =
                 loadLanes<T>(query.tfar) >= T(0) && maskOfBits<T>(bits) && toFloat(shape) < T(0);
             if (none(passed)) {

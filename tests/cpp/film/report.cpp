@@ -46,24 +46,39 @@ TEST_CASE("a report as JSON") {
                        {"mbfeat:seed", std::int64_t{9}, SettingSource::kEnvironment},
                        {"mbfeat:pixelFilterWidth", 1.5, SettingSource::kPrim},
                        {"mbfeat:pixelFilter", std::string("box"), SettingSource::kCommandLine}};
-    report.census.present = {"textures"};
+    report.census.add(Effect::kTextures, "/World/Wood");
+    report.census.add(Effect::kTextures, "/World/Cloth");
+    report.census.nameEffects();
+    report.census.absent.resize(1);
     report.census.triangles = 12;
+    report.kernel = {"avx2", "opaque", EffectSet(Effect::kReflection)};
+    report.builds.accel.bindings = 1;
+    report.memory.imageCount = 2;
+    report.workers = 3;
     report.trace.paths = 100;
     report.seconds = {{"commit", 0.25}, {"sampling", 2.0}};
     report.written = {"a.exr", "b.exr"};
     report.warnings = 2;
     CHECK(report.totalSeconds() == 2.25);
-    CHECK(report.json() ==
-          R"({"version":"1.0","stage":"a \"b\".usda","frame":-3,"samplesPerPixel":8,)"
-          R"("interrupted":false,"settings":{"mbfeat:robust":{"value":true,"source":"default"},)"
-          R"("mbfeat:seed":{"value":9,"source":"environment"},)"
-          R"("mbfeat:pixelFilterWidth":{"value":1.5,"source":"prim"},)"
-          R"("mbfeat:pixelFilter":{"value":"box","source":"command line"}},)"
-          R"("effects":{"present":["textures"],"absent":[]},)"
-          R"("scene":{"triangles":12,"instances":0,"lights":0,"textureBytes":0},)"
-          R"("trace":{"paths":100,"rays":0,"shadowRays":0,"nonFinite":0},)"
-          R"("seconds":[{"phase":"commit","seconds":0.25},{"phase":"sampling","seconds":2}],)"
-          R"("totalSeconds":2.25,"written":["a.exr","b.exr"],"errors":[],"warnings":2})");
+    CHECK(
+        report.json() ==
+        R"({"version":"1.0","stage":"a \"b\".usda","frame":-3,"samplesPerPixel":8,)"
+        R"("interrupted":false,"settings":{"mbfeat:robust":{"value":true,"source":"default"},)"
+        R"("mbfeat:seed":{"value":9,"source":"environment"},)"
+        R"("mbfeat:pixelFilterWidth":{"value":1.5,"source":"prim"},)"
+        R"("mbfeat:pixelFilter":{"value":"box","source":"command line"}},)"
+        R"("effects":{"present":["textures"],"absent":["reflection"],)"
+        R"("askedBy":{"textures":{"count":2,"first":["/World/Wood","/World/Cloth"]}}},)"
+        R"("scene":{"triangles":12,"instances":0,"lights":0,"textureBytes":0},)"
+        R"("trace":{"paths":100,"rays":0,"shadowRays":0,"nonFinite":0},)"
+        R"("kernel":{"instructions":"avx2","prebuilt":"opaque","handled":["reflection"]},)"
+        R"("builds":{"meshes":0,"placements":0,"topBvh":0,"materialBindings":1,"lightTables":0,)"
+        R"("imagesLoaded":0},)"
+        R"("memory":{"workers":3,"pathStateBytesEach":0,"recordBytesEach":0,"filmBytes":0,)"
+        R"("filmAovs":0,"images":2,"imageBytes":0,"primvars":0,"primvarBytes":0,)"
+        R"("normalBytes":0,"emitterBytes":0,"lightsInBvh":0},)"
+        R"("seconds":[{"phase":"commit","seconds":0.25},{"phase":"sampling","seconds":2}],)"
+        R"("totalSeconds":2.25,"samplingCpuSeconds":0,"written":["a.exr","b.exr"],"errors":[],"warnings":2})");
 }
 
 TEST_CASE("header attributes carry every setting and where it came from") {

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstring>
+#include <functional>
 
 #include <doctest/doctest.h>
 
@@ -83,14 +84,13 @@ void fillScene(TestScene& test, int lamps = 0) {
     test.addSky(Rgb(0.2F, 0.3F, 0.5F));
 }
 
-/// The records of 23 x 17 pixels, four samples each, traced in batches of at most `batch`.
-std::vector<PathRecord> records(Kernel kernel, std::size_t batch, int lamps = 0) {
-    TestScene test;
-    fillScene(test, lamps);
+/// The records of 23 x 17 pixels of a scene, four samples each, traced in batches of at most
+/// `batch`. `prebuilt`, where it is not null, becomes the name of the kernel's set of parts.
+std::vector<PathRecord> recordsOf(TestScene& test, const RenderOptions& options,
+                                  std::size_t batch = 1000, std::string* prebuilt = nullptr) {
     Integrator integrator(test.scene);
     IntegratorRequest request;
-    request.options = exactOptions(4);
-    request.options.kernel = kernel;
+    request.options = options;
     request.options.pixelFilter = PixelFilter::kMitchell;
     request.options.pixelFilterWidth = 4.0F;
     request.recordFlags = kRecordFeatures | kRecordContributions | kRecordExtended |
@@ -101,6 +101,9 @@ std::vector<PathRecord> records(Kernel kernel, std::size_t batch, int lamps = 0)
     window.height = 17;
     window.data = {0, 0, 23, 17};
     REQUIRE_FALSE(integrator.setView(testCamera({0, 0.5, 2}, 0.7F), window, request));
+    if (prebuilt != nullptr) {
+        *prebuilt = integrator.kernel().prebuilt;
+    }
     const std::unique_ptr<PathWorker> worker = integrator.makeWorker();
     REQUIRE(batch <= static_cast<std::size_t>(worker->capacity()));
 
@@ -121,6 +124,18 @@ std::vector<PathRecord> records(Kernel kernel, std::size_t batch, int lamps = 0)
         }
     }
     return result;
+}
+
+RenderOptions optionsOf(Kernel kernel) {
+    RenderOptions options = exactOptions(4);
+    options.kernel = kernel;
+    return options;
+}
+
+std::vector<PathRecord> records(Kernel kernel, std::size_t batch, int lamps = 0) {
+    TestScene test;
+    fillScene(test, lamps);
+    return recordsOf(test, optionsOf(kernel), batch);
 }
 
 /// Number of records that differ in any bit of their values.
@@ -186,6 +201,127 @@ TEST_CASE("a path's record does not depend on what else is in its batch") {
             CHECK(different(records(kernel, batch), reference) == 0);
         }
     }
+}
+
+TEST_CASE("a kernel without what the scene does not call for gives every path the same bits") {
+    struct Case {
+        const char* prebuilt;
+        std::function<void(TestScene&)> fill;
+    };
+    const auto wall = [](TestScene& test, const Material& material) {
+        test.add("/Wall", quadMesh({-2, -1, -4}, {4, 0, 0}, {0, 3, 0}), material);
+        test.add("/Floor", quadMesh({-9, -1, 4}, {18, 0, 0}, {0, 0, -18}),
+                 constantMaterial("/M/Floor", {0.6F, 0.5F, 0.4F}));
+        test.add("/Ball", sphereMesh(0.7F, 24, false), material, translation(0.2, 0, -2));
+        test.addSky(Rgb(0.2F, 0.3F, 0.5F));
+    };
+    const auto lamp = [](TestScene& test) {
+        Light light;
+        light.path = "/Lamp";
+        light.type = LightType::kRect;
+        light.radiance = Rgb(6.0F);
+        light.toWorld.y = {0.0, 0.0, 1.0};
+        light.toWorld.z = {0.0, 1.0, 0.0};
+        light.toWorld.t = {0.0, 2.0, -2.0};
+        test.scene.setLight(light);
+    };
+    const Case cases[] = {
+        {"diffuse",
+         [&](TestScene& test) {
+             wall(test, constantMaterial("/M/A", {0.8F, 0.3F, 0.2F}));
+             test.scene.removeLight("/Sky");
+             lamp(test);
+         }},
+        {"diffuse",
+         [&](TestScene& test) {
+             Material material = constantMaterial("/M/A", {0.0F, 0.3F, 0.2F});
+             material.clearcoat = MaterialInput(1.0F);
+             material.emissiveColor = MaterialInput(Rgb(0.5F));
+             wall(test, material);
+             lamp(test);
+         }},
+        {"opaque",
+         [&](TestScene& test) {
+             Material material = constantMaterial("/M/A", {0.8F, 0.7F, 0.2F});
+             material.metallic = MaterialInput(0.6F);
+             material.roughness = MaterialInput(0.1F);
+             wall(test, material);
+             addLamps(test, 3);
+         }},
+        {"glass",
+         [&](TestScene& test) {
+             Material material = constantMaterial("/M/A", {0.9F, 0.7F, 0.8F});
+             material.opacity = MaterialInput(0.3F);
+             material.ior = MaterialInput(1.4F);
+             material.roughness = MaterialInput(0.0F);
+             wall(test, material);
+         }},
+        {"coated",
+         [&](TestScene& test) {
+             Material material = constantMaterial("/M/A", {0.3F, 0.3F, 0.8F});
+             material.useSpecularWorkflow = true;
+             material.specularColor = MaterialInput(Rgb(0.2F, 0.3F, 0.1F));
+             wall(test, material);
+             addLamps(test, 12);
+         }},
+        {"full", [](TestScene& test) { fillScene(test, 3); }},
+        {"full", [](TestScene& test) { fillScene(test); }},
+    };
+    for (const Case& c : cases) {
+        CAPTURE(c.prebuilt);
+        TestScene test;
+        c.fill(test);
+        for (const Kernel kernel : {Kernel::kAvx2, Kernel::kAvx512}) {
+            CAPTURE(kernelName(chooseKernel(kernel)));
+            RenderOptions options = optionsOf(kernel);
+            std::string chosen, forced;
+            const std::vector<PathRecord> own = recordsOf(test, options, 1000, &chosen);
+            CHECK(chosen == c.prebuilt);
+            options.effects.full = true;
+            CHECK(different(recordsOf(test, options, 1000, &forced), own) == 0);
+            CHECK(forced == "full");
+            // One effect after the other, too: no handling of what is absent changes anything.
+            options.effects.full = false;
+            for (const EffectDescriptor& row : effectTable()) {
+                CAPTURE(row.name);
+                options.effects.forced = row.effect;
+                CHECK(different(recordsOf(test, options), own) == 0);
+            }
+        }
+        CHECK(different(recordsOf(test, optionsOf(Kernel::kScalar)),
+                        recordsOf(test, optionsOf(Kernel::kAvx2))) == 0);
+    }
+}
+
+TEST_CASE("limits on kinds of scattering are the same to the bit in all kernels") {
+    TestScene test;
+    fillScene(test, 4);
+    RenderOptions options = optionsOf(Kernel::kScalar);
+    const std::vector<PathRecord> unlimited = recordsOf(test, options);
+    options.maxDiffuse = 1;
+    options.maxTransmission = 2;
+    options.caustics = false;
+    const std::vector<PathRecord> reference = recordsOf(test, options);
+    CHECK(different(unlimited, reference) > 100);
+    for (const Kernel kernel : {Kernel::kAvx2, Kernel::kAvx512}) {
+        options.kernel = kernel;
+        CHECK(different(recordsOf(test, options), reference) == 0);
+    }
+}
+
+TEST_CASE("a limit on what no surface does changes nothing") {
+    TestScene test;
+    Material metal = constantMaterial("/M/Metal", {0.9F, 0.7F, 0.3F});
+    metal.metallic = MaterialInput(0.5F);
+    metal.roughness = MaterialInput(0.2F);
+    test.add("/Ball", sphereMesh(0.7F, 24, false), metal, translation(0, 0, -2));
+    test.add("/Wall", quadMesh({-2, -1, -4}, {4, 0, 0}, {0, 3, 0}), metal);
+    addLamps(test, 3);
+    RenderOptions options = optionsOf(Kernel::kAuto);
+    const std::vector<PathRecord> unlimited = recordsOf(test, options);
+    options.maxTransmission = 0;
+    REQUIRE(options.limitsKinds());
+    CHECK(different(recordsOf(test, options), unlimited) == 0);
 }
 
 TEST_CASE("a batch that is told to stop says so") {
