@@ -195,16 +195,17 @@ class EngineHost:
         return Path(file).read_text(encoding="utf-8")
 
 
-def run_scenario(name: str, scene_index: bool, folder: Path) -> dict[str, Any]:
-    """Runs a function of engine_scenarios.py in a process of its own, in one of Hydra's modes.
+def run_scenario(
+    name: str, scene_index: bool, folder: Path, script: str = "engine_scenarios.py"
+) -> dict[str, Any]:
+    """Runs a function of the script in a process of its own, in one of Hydra's modes.
 
     The mode is an environment variable that OpenUSD reads once a process. Returns what the
     function returned.
     """
     environment = {**os.environ, "USDIMAGINGGL_ENGINE_ENABLE_SCENE_INDEX": str(int(scene_index))}
-    script = Path(__file__).with_name("engine_scenarios.py")
     finished = subprocess.run(
-        [sys.executable, str(script), name, str(folder)],
+        [sys.executable, str(Path(__file__).with_name(script)), name, str(folder)],
         env=environment,
         capture_output=True,
         text=True,
