@@ -1,0 +1,129 @@
+// Traces paths of a small scene by a kernel of a module, inside a function whose instructions can
+// be counted: valgrind --tool=callgrind --toggle-collect=benchTrace effectBench MODULE SCENE
+#define DOCTEST_CONFIG_IMPLEMENT
+#include <cstdio>
+#include <cstring>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <dlfcn.h>
+#include <doctest/doctest.h>
+
+#include "integrate/effectParts.h"
+#include "integrate/kernels.h"
+#include "integrate/testScenes.h"
+
+using namespace mbfeat;
+using namespace mbfeat::test;
+
+namespace {
+
+using Factory = PathWorker* (*)(int capacity, bool allFields, std::uint32_t parts);
+
+constexpr int kSide = 24, kSamples = 4;
+
+void addRoom(TestScene& test, const Material& material) {
+    test.add("/Floor", quadMesh({-4, -1, 4}, {8, 0, 0}, {0, 0, -8}),
+             constantMaterial("/M/Floor", {0.6F, 0.5F, 0.4F}));
+    test.add("/Back", quadMesh({-4, -1, -4}, {8, 0, 0}, {0, 4, 0}),
+             constantMaterial("/M/Back", {0.7F, 0.7F, 0.7F}));
+    test.add("/Ceiling", quadMesh({-4, 3, -4}, {8, 0, 0}, {0, 0, 8}),
+             constantMaterial("/M/Back", {0.7F, 0.7F, 0.7F}));
+    test.add("/Left", sphereMesh(0.8F, 32, false), material, translation(-1, 0, -2));
+    test.add("/Right", sphereMesh(0.8F, 32, false), material, translation(1, 0, -2));
+}
+
+void addLamp(TestScene& test) {
+    Light light;
+    light.path = "/Lamp";
+    light.type = LightType::kRect;
+    light.radiance = Rgb(6.0F);
+    light.toWorld.y = {0.0, 0.0, 1.0};
+    light.toWorld.z = {0.0, 1.0, 0.0};
+    light.toWorld.t = {0.0, 2.9, -2.0};
+    test.scene.setLight(light);
+}
+
+/// Scenes that get each of the prebuilt kernels, with one lamp or with a sky besides.
+void fill(TestScene& test, const std::string& name) {
+    Material material = constantMaterial("/M/A", {0.8F, 0.7F, 0.6F});
+    material.ior = MaterialInput(name == "diffuse" ? 1.0F : 1.5F);
+    material.roughness = MaterialInput(0.3F);
+    if (name == "glass" || name == "full") {
+        material.opacity = MaterialInput(0.0F);
+    }
+    if (name == "coated" || name == "full") {
+        material.useSpecularWorkflow = true;
+        material.specularColor = MaterialInput(Rgb(0.2F, 0.1F, 0.1F));
+        test.addSky(Rgb(0.2F, 0.3F, 0.5F));
+    }
+    addRoom(test, material);
+    addLamp(test);
+}
+
+Factory load(const char* file) {
+    void* const module = dlopen(file, RTLD_NOW | RTLD_LOCAL);
+    if (module == nullptr) {
+        std::fprintf(stderr, "%s\n", dlerror());
+        return nullptr;
+    }
+    return reinterpret_cast<Factory>(dlsym(module, "makeBenchWorker"));
+}
+
+} // namespace
+
+extern "C" __attribute__((noinline)) bool benchTrace(const Integrator& integrator,
+                                                     PathWorker& worker,
+                                                     const std::vector<PixelSample>& samples) {
+    return integrator.trace(worker, samples.data(), static_cast<int>(samples.size()), {});
+}
+
+int main(int argc, char** argv) {
+    if (argc != 3) {
+        std::fprintf(stderr, "effectBench MODULE diffuse|opaque|glass|coated|full\n");
+        return 2;
+    }
+    const Factory factory = load(argv[1]);
+    if (factory == nullptr) {
+        return 1;
+    }
+    TestScene test;
+    fill(test, argv[2]);
+    Integrator integrator(test.scene);
+    IntegratorRequest request;
+    request.options = exactOptions(kSamples);
+    request.options.kernel = Kernel::kAvx2;
+    ImageWindow window;
+    window.width = window.height = kSide;
+    window.data = {0, 0, kSide, kSide};
+    if (!integrator.commit(request.options, {}) ||
+        integrator.setView(testCamera({0, 0.5, 3}, 0.7F), window, request)) {
+        return 1;
+    }
+    const EffectSet effects = integrator.kernel().handled;
+    const std::uint32_t parts = choosePrebuilt(Kernel::kAvx2, closureParts(effects));
+    const std::unique_ptr<PathWorker> worker(factory(kSide * kSide * kSamples, false, parts));
+    std::vector<PixelSample> samples;
+    for (int y = 0; y < kSide; ++y) {
+        for (int x = 0; x < kSide; ++x) {
+            for (std::uint32_t s = 0; s < kSamples; ++s) {
+                samples.push_back({x, y, s});
+            }
+        }
+    }
+    if (!benchTrace(integrator, *worker, samples)) {
+        return 1;
+    }
+    // A check that all kernels did the same work, and what is left out can be.
+    double sum = 0.0;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        sum += static_cast<double>(worker->records()[i].radiance.y);
+    }
+    std::printf("%s|%.17g", prebuiltName(parts), sum);
+    for (const std::string& name : effectNames(effects)) {
+        std::printf("|%s", name.c_str());
+    }
+    std::printf("\n");
+    return 0;
+}
