@@ -27,6 +27,7 @@ def main(arguments: list[str] | None = None) -> int:
     _add_stability(commands)
     _add_denoise(commands)
     tradeoff_options.add(commands).set_defaults(run=_run_tradeoff)
+    _add_effects(commands)
     options = parser.parse_args(arguments)
     try:
         return int(options.run(options))
@@ -181,6 +182,54 @@ def _add_stability(commands: Any) -> None:
         help="run nothing: write the page 'hard cases' of the documentation from such a JSON file",
     )
     command.set_defaults(run=_run_stability)
+
+
+def _add_effects(commands: Any) -> None:
+    command = commands.add_parser(
+        "effects",
+        help="show which effects a stage calls for, who asks for them, and what each costs",
+        description="Shows which effects a stage calls for and which prims or AOVs ask for them, "
+        "which are left out, and the kernel that was chosen. With --measure, what each effect "
+        "costs: renders that differ in one effect take turns. Nothing of the stage's own is "
+        "written.",
+    )
+    command.add_argument("stage", nargs="?", metavar="STAGE")
+    command.add_argument("more", nargs="*", help=argparse.SUPPRESS)
+    command.add_argument("--json", action="store_true", help="print JSON")
+    command.add_argument(
+        "--measure", action="store_true", help="measure what each effect costs, in some minutes"
+    )
+    command.add_argument(
+        "--chart", type=Path, metavar="FILE", help="draw the costs into a .png or .svg"
+    )
+    command.add_argument("--settings", metavar="PRIMPATH", help="this RenderSettings prim's view")
+    command.add_argument("--camera", metavar="PRIM", help="through this camera")
+    command.add_argument("--width", type=int, default=320, help="of the image (default: 320)")
+    command.add_argument("--rounds", type=int, default=5, help="of the renders (default: 5)")
+    command.add_argument(
+        "--seconds", type=float, default=0.5, help="of a render, about (default: 0.5)"
+    )
+    command.add_argument("--threads", type=int, default=1, help="of a render (default: 1)")
+    command.add_argument(
+        "--clock",
+        choices=["wall", "cpu"],
+        default="cpu",
+        help="cpu counts CPU seconds, which other programs disturb less (default: cpu)",
+    )
+    command.add_argument(
+        "--page",
+        action="store_true",
+        default=None,
+        help="render nothing: write the page 'effects on demand' of the documentation from the "
+        "JSON files that are named in place of the stage",
+    )
+    command.set_defaults(run=_run_effects)
+
+
+def _run_effects(options: argparse.Namespace) -> int:
+    from mbfeat.effects.command import run
+
+    return run(options)
 
 
 def _run_aovs(options: argparse.Namespace) -> int:

@@ -1,0 +1,184 @@
+"""The process that renders for ``mbfeat effects``: a line of JSON in, a render, a line out.
+
+A request says which AOVs and which settings; the stage stays open, and each render goes to one
+product in a scratch folder, so that nothing of the stage's own is written.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from mbfeat.runtime import RuntimeMissingError, use_runtime
+
+PRODUCT = "/MBFeatEffects/Product"
+
+
+class StageProblemError(Exception):
+    """The stage cannot be rendered; the message is for the user."""
+
+
+class Scratch:
+    """The stage with one product of ours in place of its own, all in the session layer."""
+
+    def __init__(self, stage: Any, settings: Any, width: int, folder: Path) -> None:
+        from pxr import Gf, Sdf, UsdRender
+
+        self.stage = stage
+        self.own_aovs, self.deep = _asked_for(stage, settings)
+        if not settings:
+            settings = UsdRender.Settings.Define(stage, "/MBFeatEffects/Settings")
+        self.settings = settings
+        resolution = settings.GetResolutionAttr().Get() or Gf.Vec2i(960, 540)
+        size = Gf.Vec2i(width, max(1, round(width * resolution[1] / max(resolution[0], 1))))
+        settings.GetResolutionAttr().Set(size)
+        self.product = UsdRender.Product.Define(stage, PRODUCT)
+        self.product.CreateProductNameAttr(str(folder / "product.exr"))
+        compression = "driver:parameters:OpenEXR:compression"
+        self.product.GetPrim().CreateAttribute(compression, Sdf.ValueTypeNames.Token).Set("none")
+        settings.GetProductsRel().SetTargets([self.product.GetPath()])
+
+    def ask_for(self, aovs: list[str], deep: bool) -> None:
+        """Makes the product hold these AOVs."""
+        from pxr import UsdRender
+
+        from mbfeat import _core
+
+        channels = {aov.name: len(aov.channels) for aov in _core.aov_table()}
+        paths = []
+        for aov in aovs:
+            var = UsdRender.Var.Define(self.stage, f"/MBFeatEffects/Vars/v{_identifier(aov)}")
+            if not var.GetSourceNameAttr().HasAuthoredValue():
+                var.CreateSourceNameAttr(aov)
+                width = channels.get(aov, 3)
+                var.CreateDataTypeAttr("float" if width == 1 else f"color{width}f")
+            paths.append(var.GetPath())
+        self.product.CreateOrderedVarsRel().SetTargets(paths)
+        self.product.CreateProductTypeAttr("deepRaster" if deep else "raster")
+
+
+def _identifier(name: str) -> str:
+    return "".join(c if c.isalnum() else "_" for c in name)
+
+
+def _asked_for(stage: Any, settings: Any) -> tuple[list[str], bool]:
+    """The AOVs of the stage's products, `color` first, and whether one is deep."""
+    from pxr import UsdRender
+
+    aovs, deep = ["color"], False
+    targets = settings.GetProductsRel().GetForwardedTargets() if settings else []
+    for target in targets:
+        product = UsdRender.Product(stage.GetPrimAtPath(target))
+        if not product:
+            continue
+        deep = deep or product.GetProductTypeAttr().Get() == "deepRaster"
+        for path in product.GetOrderedVarsRel().GetForwardedTargets():
+            var = UsdRender.Var(stage.GetPrimAtPath(path))
+            source = var.GetSourceNameAttr().Get() if var else None
+            if source and source not in aovs:
+                aovs.append(source)
+    return aovs, deep
+
+
+def _open(file: str) -> Any:
+    from pxr import Sdf, Tf, Usd
+
+    try:
+        stage = Usd.Stage.Open(file) if Sdf.Layer.FindOrOpen(file) else None
+    except Tf.ErrorException as error:
+        raise StageProblemError(f"could not open stage {file}: {error}") from error
+    if not stage:
+        raise StageProblemError(f"could not open stage {file}: there is no such file, or no USD")
+    stage.SetEditTarget(stage.GetSessionLayer())
+    return stage
+
+
+def _serve(options: argparse.Namespace, folder: Path) -> None:
+    from pxr import Usd, UsdAppUtils, UsdRender
+
+    from mbfeat import _core
+    from mbfeat.diagnostics import OpenUsdMessages
+    from mbfeat.usdrecord import find_camera, find_settings
+
+    stage = _open(options.stage)
+    path = find_settings(stage, None, options.settings or None)
+    settings = UsdRender.Settings(stage.GetPrimAtPath(path)) if path else None
+    camera = find_camera(stage, options.camera, path)
+    scratch = Scratch(stage, settings, options.width, folder)
+    if camera:
+        scratch.settings.GetCameraRel().SetTargets([camera.GetPath()])
+    else:
+        raise StageProblemError(
+            f"{options.stage} has no camera that its render settings name, nor one called main_cam;"
+            " name one with --camera"
+        )
+    messages = OpenUsdMessages()
+    _core.Host.print_messages("mbfeat")
+    _core.Host.set_progress_style(_core.ProgressStyle.NONE)
+    _core.Host.set_stage(options.stage)
+    recorder = UsdAppUtils.FrameRecorder("HdMBFeatRendererPlugin", False)
+    recorder.SetActiveRenderSettingsPrimPath(scratch.settings.GetPath())
+    recorder.SetPrimaryCameraPrimPath(camera.GetPath())
+    recorder.SetImageWidth(options.width)
+    recorder.SetColorCorrectionMode("disabled")
+    recorder.SetCameraLightEnabled(True)
+    _answer({"aovs": scratch.own_aovs, "deep": scratch.deep, "camera": str(camera.GetPath())})
+    for line in sys.stdin:
+        request = json.loads(line)
+        scratch.ask_for(request["aovs"], request["deep"])
+        _core.Host.set_overrides(list(request["settings"].items()))
+        _core.Host.drop_last_frame()
+        image = str(folder / "image.exr")
+        recorder.Record(stage, camera, Usd.TimeCode.EarliestTime(), image)
+        frame = _core.Host.last_frame()
+        messages.flush()
+        if frame is None:
+            raise StageProblemError(f"{options.stage} could not be rendered; see above")
+        _answer({**frame.report.to_dict(), "digest": _digest(frame)})
+
+
+def _digest(frame: Any) -> str:
+    """A hash of all pixels of all AOVs, the same for images that are the same bit for bit."""
+    state = hashlib.sha256()
+    for film, _, _ in frame.images:
+        for aov in film.aovs:
+            state.update(film.resolve(aov.name).tobytes())
+    return state.hexdigest()
+
+
+def _answer(content: Any) -> None:
+    print(f"\x1e{json.dumps(content)}", flush=True)
+
+
+def main() -> int:
+    """Serves until stdin ends; 1 when the stage cannot be rendered."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("stage")
+    parser.add_argument("--settings")
+    parser.add_argument("--camera")
+    parser.add_argument("--width", type=int, default=320)
+    options = parser.parse_args()
+    try:
+        use_runtime()
+        with tempfile.TemporaryDirectory(prefix="mbfeat-effects-") as folder:
+            _serve(options, Path(folder))
+    except Exception as error:
+        from mbfeat.usdrecord import StageError
+
+        if not isinstance(error, StageProblemError | StageError | RuntimeMissingError):
+            raise
+        sys.stderr.write(f"mbfeat: effects: {error}\n")
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    code = main()
+    sys.stdout.flush()
+    os._exit(code)  # OpenUSD frees the stage on threads that outlive the interpreter
