@@ -23,14 +23,16 @@ std::uint64_t absorb(std::uint64_t key, std::uint64_t value) {
 
 SamplerKey SamplerKey::make(int pixelX, int pixelY, std::uint32_t sampleIndex, std::uint64_t seed,
                             std::int64_t frame) {
-    std::uint64_t key = absorb(0, seed);
+    // No seed has so many bits (see the settings' table).
+    const std::uint64_t sequence = (sampleIndex & kSecondSequence) != 0 ? 1ULL << 63U : 0;
+    std::uint64_t key = absorb(0, seed ^ sequence);
     key = absorb(key, static_cast<std::uint64_t>(frame));
     key = absorb(key, (static_cast<std::uint64_t>(static_cast<std::uint32_t>(pixelX)) << 32U) |
                           static_cast<std::uint32_t>(pixelY));
     SamplerKey result;
     result.low = static_cast<std::uint32_t>(key);
     result.high = static_cast<std::uint32_t>(key >> 32U);
-    result.index = sampling::reverseBits(sampleIndex);
+    result.index = sampling::reverseBits(sampleIndex & ~kSecondSequence);
     return result;
 }
 

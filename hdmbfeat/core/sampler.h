@@ -13,6 +13,20 @@
 
 namespace mbfeat {
 
+/// Bit of a sample's index: a second sequence of points, independent of the one without it.
+inline constexpr std::uint32_t kSecondSequence = 1U << 31U;
+
+/// Index of sample `sample` of a pixel whose samples alternate between both sequences, so that the
+/// difference of the two halves tells their error: points of one sequence are not independent.
+inline std::uint32_t alternatingIndex(std::uint32_t sample) {
+    return (sample >> 1U) | ((sample & 1U) != 0 ? kSecondSequence : 0U);
+}
+
+/// 0 or 1: the sequence that the sample belongs to.
+inline int sequenceOf(std::uint32_t index) {
+    return static_cast<int>(index >> 31U);
+}
+
 /// What the numbers of one pixel sample are keyed on, hashed to 64 bits in two words.
 struct SamplerKey {
     std::uint32_t low = 0, high = 0;

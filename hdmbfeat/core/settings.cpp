@@ -67,7 +67,19 @@ std::vector<SettingDescriptor> makeSettingTable() {
     };
     return {
         makeInteger("mbfeat:samplesPerPixel", "Samples per pixel", defaults.samplesPerPixel, 1,
-                    1048576, "Light paths traced through each pixel."),
+                    1048576,
+                    "Light paths traced through each pixel; with `mbfeat:targetError` or "
+                    "`mbfeat:timeLimit` the most that a pixel gets."),
+        makeReal("mbfeat:targetError", "Target error", defaults.targetError, 0.0, 1000.0,
+                 "Relative error to stop at, 0.02 for 2 %; 0 is none. The error of a pixel is "
+                 "sqrt(variance / (mean^2 + 0.01)) of its mean radiance; the root mean square of "
+                 "all pixels and the 95th percentile have to be under the target."),
+        makeReal("mbfeat:timeLimit", "Time limit", defaults.timeLimit, 0.0, 1e9,
+                 "Seconds after which the render stops with what it has, building included, "
+                 "writing and pauses not; 0 is none. Every pixel gets at least one sample."),
+        makeSwitch("mbfeat:adaptive", "Adaptive sampling", defaults.adaptive,
+                   "With `mbfeat:targetError`: blocks of 16 by 16 pixels that are under the target "
+                   "get no more samples. Off gives every pixel the same number."),
         makeInteger("mbfeat:maxBounces", "Maximum bounces", defaults.maxBounces, 0, kMostBounces,
                     "Scattering events after the camera ray; 0 shows emission alone."),
         makeInteger("mbfeat:maxDiffuseBounces", "Maximum diffuse bounces", defaults.maxDiffuse, 0,
@@ -509,6 +521,9 @@ float filterWidth(PixelFilter filter, float width) {
 RenderOptions resolveOptions(const Settings& settings) {
     RenderOptions options;
     options.samplesPerPixel = getInt(settings, "mbfeat:samplesPerPixel");
+    options.targetError = get<double>(settings, "mbfeat:targetError");
+    options.timeLimit = get<double>(settings, "mbfeat:timeLimit");
+    options.adaptive = get<bool>(settings, "mbfeat:adaptive");
     options.maxBounces = getInt(settings, "mbfeat:maxBounces");
     options.maxDiffuse = getInt(settings, "mbfeat:maxDiffuseBounces");
     options.maxReflection = getInt(settings, "mbfeat:maxReflectionBounces");

@@ -94,7 +94,10 @@ inline constexpr int kMostBounces = 1024;
 
 /// The resolved settings with C++ types, as the renderer wants them.
 struct RenderOptions {
-    int samplesPerPixel = 64;
+    int samplesPerPixel = 64; ///< of every pixel; with a target or a time limit: the most
+    double targetError = 0.0; ///< relative error to stop at, see film/errorEstimate.h; 0: none
+    double timeLimit = 0.0;   ///< seconds; 0: none
+    bool adaptive = true;     ///< with a target: parts that reached it get no more samples
     int maxBounces = 12; ///< scattering events after the camera ray; 0 sees emission only
     // Of these the kind's own: diffuse, reflection by anything else, transmission.
     int maxDiffuse = kMostBounces, maxReflection = kMostBounces, maxTransmission = kMostBounces;
@@ -122,6 +125,11 @@ struct RenderOptions {
                maxTransmission < maxBounces;
     }
 };
+
+/// Whether the error is to be estimated, from two halves of the samples.
+inline bool estimatesError(const RenderOptions& options) {
+    return options.targetError > 0.0 || options.timeLimit > 0.0;
+}
 
 RenderOptions resolveOptions(const Settings& settings);
 

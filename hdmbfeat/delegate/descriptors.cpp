@@ -94,6 +94,9 @@ std::string annotation(const RenderProgress& progress, const std::string& stage)
     if (progress.samplesPerSecond > 0.0) {
         text += ", " + std::to_string(std::llround(progress.samplesPerSecond)) + " samples/s";
     }
+    if (progress.secondsLeft > 0.0) {
+        text += ", " + std::to_string(std::llround(progress.secondsLeft)) + " s left";
+    }
     return text;
 }
 
@@ -131,6 +134,12 @@ VtDictionary renderStatistics(const RenderParam& param) {
     stats["numCompletedSamples"] =
         VtValue(static_cast<int>(std::floor(progress.fraction * report.samplesPerPixel)));
     stats["totalClockTime"] = VtValue(progress.seconds);
+    stats["secondsLeft"] = VtValue(progress.secondsLeft);
+    stats["stopReason"] = VtValue(std::string(stopReasonName(report.sampling.stop)));
+    if (report.sampling.error) {
+        stats["estimatedError"] = VtValue(report.sampling.error->whole);
+        stats["estimatedError95"] = VtValue(report.sampling.error->percentile95);
+    }
     stats["loadClockTime"] = VtValue(secondsOf(report, "commit"));
     stats["totalMemory"] = VtValue(residentBytes() / kMebibyte);
     stats["peakMemory"] = VtValue(peakBytes() / kMebibyte);

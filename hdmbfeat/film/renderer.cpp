@@ -6,16 +6,20 @@
 #include <condition_variable>
 #include <ctime>
 #include <exception>
+#include <functional>
 #include <mutex>
 #include <string>
 #include <thread>
 #include <utility>
 
 #include "core/parallel.h"
+#include "core/sampler.h"
 #include "film/filmDenoiser.h"
 #include "film/filmMemory.h"
 #include "film/host.h"
 #include "film/progress.h"
+#include "film/refinement.h"
+#include "film/tiles.h"
 #include "integrate/effectParts.h"
 
 namespace mbfeat {
@@ -35,35 +39,17 @@ double cpuSeconds() {
     return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// Samples of the next pass over the image: few at first where somebody watches.
-int passSamples(bool interactive, int done, int total) {
+/// Samples of the next pass over the image: few at first where somebody watches or time is short.
+int passSamples(const RenderJob& job, int done, int total) {
     constexpr int kBatchPass = 16;
-    const int wanted = interactive ? std::clamp(done, 1, kBatchPass) : kBatchPass;
+    const bool fewAtFirst = job.interactive || job.options.timeLimit > 0.0;
+    const int wanted = fewAtFirst ? std::clamp(done, 1, kBatchPass) : kBatchPass;
     return std::min(wanted, total - done);
 }
 
-struct Tile {
-    int x0, y0, x1, y1;
-};
-
-std::vector<Tile> makeTiles(const PixelRect& rect, int size) {
-    std::vector<Tile> tiles;
-    for (int y = rect.y; y < rect.y + rect.height; y += size) {
-        for (int x = rect.x; x < rect.x + rect.width; x += size) {
-            tiles.push_back({x, y, std::min(x + size, rect.x + rect.width),
-                             std::min(y + size, rect.y + rect.height)});
-        }
-    }
-    return tiles;
-}
-
-/// Side of square tiles that fill a batch with their samples, but leave each thread several tiles.
-int fittedTile(const PixelRect& rect, int samples, int capacity, int threads) {
-    constexpr double kTilesPerThread = 8.0;
-    const double pixels = static_cast<double>(rect.width) * rect.height;
-    const double wanted =
-        std::min(static_cast<double>(capacity) / samples, pixels / (kTilesPerThread * threads));
-    return std::clamp(static_cast<int>(std::sqrt(wanted)), 4, 1024);
+double pixelsOf(const RenderView& view) {
+    const PixelRect& data = view.film->window().data;
+    return static_cast<double>(data.width) * data.height;
 }
 
 /// What a render thread works with.
@@ -72,13 +58,17 @@ struct Worker {
     std::vector<PixelSample> batch;
 };
 
-std::uint64_t jobSamples(const RenderJob& job) {
+std::uint64_t viewSamples(const RenderView& view) {
+    const PixelRect& data = view.film->window().data;
+    return static_cast<std::uint64_t>(data.width) * static_cast<std::uint64_t>(data.height) *
+           static_cast<std::uint64_t>(view.samplesPerPixel);
+}
+
+/// Of the views from that one on, if all get what they may get.
+std::uint64_t jobSamples(const RenderJob& job, std::size_t firstView) {
     std::uint64_t samples = 0;
-    for (const RenderView& view : job.views) {
-        const PixelRect& data = view.film->window().data;
-        samples += static_cast<std::uint64_t>(data.width) *
-                   static_cast<std::uint64_t>(data.height) *
-                   static_cast<std::uint64_t>(view.samplesPerPixel);
+    for (std::size_t i = firstView; i < job.views.size(); ++i) {
+        samples += viewSamples(job.views[i]);
     }
     return samples;
 }
@@ -195,14 +185,14 @@ struct Renderer::Impl {
             report.builds = integrator.builds() - built;
         }
 
-        const double samplingBegin = activeSeconds();
+        samplingBegin = activeSeconds();
         const double cpuBegin = cpuSeconds();
         ProgressReporter reporter(job.interactive ? Host::ProgressStyle::kNone
                                                   : Host::instance().progressStyle());
         progressReporter = &reporter;
         const TraceStatistics before = integrator.statistics();
-        for (RenderView& view : job.views) {
-            renderView(view);
+        for (std::size_t i = 0; i < job.views.size(); ++i) {
+            renderView(i);
         }
         progressReporter = nullptr;
         reporter.update(progress());
@@ -233,6 +223,9 @@ struct Renderer::Impl {
                             after.shadowRays - before.shadowRays,
                             after.nonFinite - before.nonFinite};
             report.interrupted = interrupted();
+            if (report.interrupted) {
+                report.sampling.stop = StopReason::kInterrupted;
+            }
             finished = report;
         }
         if (job.finish) {
@@ -276,7 +269,8 @@ struct Renderer::Impl {
         }
     }
 
-    void renderView(RenderView& view) {
+    void renderView(std::size_t index) {
+        const RenderView& view = job.views[index];
         IntegratorRequest request;
         request.options = job.options;
         request.recordFlags = view.film->recordFlags();
@@ -293,12 +287,19 @@ struct Renderer::Impl {
         }
         startWorkers();
         reportView(view);
-        int done = 0;
-        while (done < view.samplesPerPixel && !shouldStop()) {
-            const int samples = passSamples(job.interactive, done, view.samplesPerPixel);
-            renderPass(view, done, samples);
-            done += samples;
+        setDeadline(index);
+        refinement.reset();
+        if (estimatesError(job.options)) {
+            refinement = std::make_unique<Refinement>(
+                view.film->window().data,
+                RefinementTarget{job.options.targetError, job.options.adaptive,
+                                 view.samplesPerPixel});
         }
+        const StopReason stop = refine(index);
+        if (!stopping.load()) {
+            reportSampling(index, stop);
+        }
+        refinement.reset();
         workers.clear();
     }
 
@@ -311,6 +312,79 @@ struct Renderer::Impl {
         report.workers = workers.size();
         report.filmBytes += view.film->bytes();
         report.filmAovs += view.film->aovs().size();
+    }
+
+    /// Takes samples until something says that they are enough.
+    StopReason refine(std::size_t index) {
+        const RenderView& view = job.views[index];
+        int done = 0;
+        while (done < view.samplesPerPixel) {
+            int samples = passSamples(job, done, view.samplesPerPixel);
+            if (refinement) {
+                samples = std::min(samples, refinement->nextCheck() - done);
+            }
+            renderPass(view, done, samples);
+            if (shouldStop()) {
+                return StopReason::kInterrupted;
+            }
+            done += samples;
+            if (refinement && done == refinement->nextCheck()) {
+                refinement->check(done, rowLoop());
+                samplesTotal = samplesDone + refinement->samplesLeft() + jobSamples(job, index + 1);
+                if (refinement->reached()) {
+                    return StopReason::kTargetError;
+                }
+            }
+            if (timeIsUp()) {
+                return done < view.samplesPerPixel || passCut ? StopReason::kTimeLimit
+                                                              : StopReason::kSamples;
+            }
+        }
+        return StopReason::kSamples;
+    }
+
+    /// Views share what is left of the time by their samples.
+    void setDeadline(std::size_t index) {
+        passCut = false;
+        if (job.options.timeLimit > 0.0) {
+            const double now = activeSeconds();
+            const double share = static_cast<double>(viewSamples(job.views[index])) /
+                                 static_cast<double>(jobSamples(job, index));
+            deadline = now + std::max(job.options.timeLimit - now, 0.0) * share;
+        }
+    }
+
+    /// Whether a view that has something in every pixel is to end.
+    bool timeIsUp() const {
+        return job.options.timeLimit > 0.0 && activeSeconds() >= deadline;
+    }
+
+    RowLoop rowLoop() {
+        return [this](int rows, const std::function<void(int)>& body) {
+            constexpr int kChunk = 16;
+            pool->run(0, rows, kChunk, nullptr,
+                      [&](std::int64_t row, int) { body(static_cast<int>(row)); });
+        };
+    }
+
+    void reportSampling(std::size_t index, StopReason stop) {
+        const RenderView& view = job.views[index];
+        SamplingOutcome outcome = countSamples(*view.film);
+        outcome.stop = stop;
+        if (refinement && outcome.fewest >= Refinement::kLeastSamples) {
+            outcome.error = refinement->estimate(rowLoop());
+        }
+        const double target = job.options.targetError;
+        if (target > 0.0 && stop == StopReason::kSamples) {
+            job.messages->warn("mbfeat:targetError",
+                               missedTargetText(outcome, target, view.samplesPerPixel));
+        }
+        double pixelsBefore = 0.0;
+        for (std::size_t i = 0; i < index; ++i) {
+            pixelsBefore += pixelsOf(job.views[i]);
+        }
+        const std::lock_guard lock(reportMutex);
+        report.sampling.add(outcome, pixelsBefore, pixelsOf(view));
     }
 
     void startWorkers() {
@@ -335,27 +409,37 @@ struct Renderer::Impl {
         const int side = job.options.tileSize > 0
                              ? job.options.tileSize
                              : fittedTile(rect, samples, batch, pool->threadCount());
-        const std::vector<Tile> tiles = makeTiles(rect, side);
-        pool->run(0, static_cast<std::int64_t>(tiles.size()), 1, &stopping,
+        const std::vector<TileGroup> groups =
+            refinement && !refinement->allActive()
+                ? groupTiles(refinement->activeBlocks(), samples, batch, pool->threadCount())
+                : singleTiles(rect, side);
+        // The first pass is finished whatever it takes: no pixel is without samples.
+        mayCut = job.options.timeLimit > 0.0 && first > 0;
+        pool->run(0, static_cast<std::int64_t>(groups.size()), 1, &stopping,
                   [&](std::int64_t index, int thread) {
                       if (waitWhilePaused()) {
-                          renderTile(view, tiles[static_cast<std::size_t>(index)], first, samples,
-                                     workers[static_cast<std::size_t>(thread)]);
+                          renderTiles(view, groups[static_cast<std::size_t>(index)], first, samples,
+                                      workers[static_cast<std::size_t>(thread)]);
                           reportProgress();
                       }
                   });
     }
 
-    void renderTile(const RenderView& view, const Tile& tile, int first, int samples,
-                    Worker& worker) {
+    void renderTiles(const RenderView& view, const TileGroup& tiles, int first, int samples,
+                     Worker& worker) {
         const auto capacity = static_cast<std::size_t>(worker.tracer->capacity());
+        const bool alternates = refinement != nullptr;
         worker.batch.clear();
-        for (int y = tile.y0; y < tile.y1; ++y) {
-            for (int x = tile.x0; x < tile.x1; ++x) {
-                for (int s = first; s < first + samples; ++s) {
-                    worker.batch.push_back({x, y, static_cast<std::uint32_t>(s)});
-                    if (worker.batch.size() == capacity && !traceBatch(view, worker)) {
-                        return;
+        for (const PixelRect& tile : tiles) {
+            for (int y = tile.y; y < tile.y + tile.height; ++y) {
+                for (int x = tile.x; x < tile.x + tile.width; ++x) {
+                    for (int s = first; s < first + samples; ++s) {
+                        const auto sample = static_cast<std::uint32_t>(s);
+                        worker.batch.push_back(
+                            {x, y, alternates ? alternatingIndex(sample) : sample});
+                        if (worker.batch.size() == capacity && !traceBatch(view, worker)) {
+                            return;
+                        }
                     }
                 }
             }
@@ -367,6 +451,10 @@ struct Renderer::Impl {
     /// samples are added in order, whatever the batches.
     bool traceBatch(const RenderView& view, Worker& worker) {
         const auto count = static_cast<int>(worker.batch.size());
+        if (mayCut && timeIsUp()) {
+            passCut = true;
+            return false;
+        }
         if (!integrator.trace(*worker.tracer, worker.batch.data(), count,
                               [this] { return shouldStop(); })) {
             return false;
@@ -377,7 +465,12 @@ struct Renderer::Impl {
             while (end < count && batch[end].x == batch[i].x && batch[end].y == batch[i].y) {
                 ++end;
             }
-            view.film->add(batch[i].x, batch[i].y, worker.tracer->records() + i, end - i);
+            const PathRecord* const records = worker.tracer->records() + i;
+            if (refinement) {
+                refinement->sums().add(batch[i].x, batch[i].y, sequenceOf(batch[i].index),
+                                       records, end - i);
+            }
+            view.film->add(batch[i].x, batch[i].y, records, end - i);
         }
         view.film->addToDenoiser(batch, worker.tracer->records(), count);
         samplesDone.fetch_add(static_cast<std::uint64_t>(count), std::memory_order_relaxed);
@@ -405,13 +498,16 @@ struct Renderer::Impl {
         if (on) {
             pauseBegin = Clock::now();
         } else {
-            pausedSeconds = pausedSeconds + secondsSince(pauseBegin);
+            pausedSeconds = pausedSeconds + secondsSince(pauseBegin.load());
         }
         paused = on;
         wake.notify_all();
     }
 
-    double activeSeconds() const { return secondsSince(begin.load()) - pausedSeconds; }
+    double activeSeconds() const {
+        const double pause = paused ? secondsSince(pauseBegin.load()) : 0.0;
+        return secondsSince(begin.load()) - pausedSeconds - pause;
+    }
 
     void reportProgress() {
         const std::unique_lock lock(reporterMutex, std::try_to_lock);
@@ -432,7 +528,14 @@ struct Renderer::Impl {
             p.samplesPerSecond = static_cast<double>(p.samples) / p.seconds;
         }
         if (p.fraction > 0.0) {
-            p.secondsLeft = p.seconds * (1.0 - p.fraction) / p.fraction;
+            // What was built before the first sample is not done again.
+            const double sampling = std::max(p.seconds - samplingBegin, 0.0);
+            p.secondsLeft = sampling * (1.0 - p.fraction) / p.fraction;
+        }
+        const double limit = job.options.timeLimit;
+        if (limit > 0.0 && p.fraction < 1.0 && p.seconds + p.secondsLeft > limit) {
+            p.secondsLeft = std::max(limit - p.seconds, 0.0);
+            p.fraction = std::min(p.seconds / limit, 1.0);
         }
         return p;
     }
@@ -444,6 +547,10 @@ struct Renderer::Impl {
     std::unique_ptr<ThreadPool> pool; ///< the render threads, kept from pass to pass
     int poolThreads = 0;
     std::vector<Worker> workers; ///< one a thread of the pool, for the view that is rendered
+    std::unique_ptr<Refinement> refinement; ///< of that view; null where no error is estimated
+    double deadline = 0.0;                  ///< of that view, in active seconds
+    bool mayCut = false;                    ///< whether the running pass may end at the deadline
+    std::atomic<bool> passCut{false};       ///< it did
     mutable std::mutex mutex;
     std::condition_variable wake, idle;
     bool quit = false;
@@ -453,8 +560,8 @@ struct Renderer::Impl {
     std::atomic<bool> stopping{false}, paused{false}, converged{true};
 
     std::atomic<Clock::time_point> begin{Clock::time_point{}};
-    Clock::time_point pauseBegin;
-    std::atomic<double> pausedSeconds{0.0};
+    std::atomic<Clock::time_point> pauseBegin{Clock::time_point{}};
+    std::atomic<double> pausedSeconds{0.0}, samplingBegin{0.0};
     std::atomic<std::uint64_t> samplesDone{0}, samplesTotal{0};
     std::mutex reporterMutex;
     ProgressReporter* progressReporter = nullptr;
@@ -491,9 +598,10 @@ std::shared_ptr<const JobState> Renderer::start(RenderJob job) {
         impl_->job = std::move(job);
         impl_->state = std::make_shared<JobState>();
         impl_->samplesDone = 0;
-        impl_->samplesTotal = jobSamples(impl_->job);
+        impl_->samplesTotal = jobSamples(impl_->job, 0);
         impl_->begin = Clock::now();
-        impl_->pauseBegin = impl_->begin;
+        impl_->pauseBegin = impl_->begin.load();
+        impl_->samplingBegin = 0.0;
         impl_->pausedSeconds = 0.0;
         impl_->converged = false;
         impl_->hasJob = true;

@@ -57,7 +57,9 @@ private:
 };
 
 struct RenderProgress {
-    double fraction = 0.0; ///< of all samples of the job, 0..1
+    /// Of all samples of the job, 0..1; with a target error of those that it is expected to take,
+    /// which may change, with a time limit of the time where that ends first.
+    double fraction = 0.0;
     double seconds = 0.0;  ///< since the job started, pauses excluded
     double samplesPerSecond = 0.0;
     double secondsLeft = 0.0; ///< estimate; 0 when unknown

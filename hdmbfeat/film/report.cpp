@@ -50,6 +50,19 @@ void writeScene(JsonWriter& json, const EffectCensus& census) {
     json.key("textureBytes").value(static_cast<std::uint64_t>(census.textureBytes)).endObject();
 }
 
+void writeSampling(JsonWriter& json, const SamplingOutcome& sampling) {
+    json.key("sampling").beginObject();
+    json.key("fewest").value(static_cast<std::uint64_t>(sampling.fewest));
+    json.key("mean").value(sampling.mean);
+    json.key("most").value(static_cast<std::uint64_t>(sampling.most));
+    json.key("stopped").value(stopReasonName(sampling.stop));
+    if (sampling.error) {
+        json.key("estimatedError").value(sampling.error->whole);
+        json.key("estimatedError95").value(sampling.error->percentile95);
+    }
+    json.endObject();
+}
+
 void writeTrace(JsonWriter& json, const TraceStatistics& trace) {
     json.key("trace").beginObject();
     json.key("paths").value(trace.paths);
@@ -114,6 +127,7 @@ std::string RenderReport::json() const {
     json.key("frame").value(frame);
     json.key("samplesPerPixel").value(samplesPerPixel);
     json.key("interrupted").value(interrupted);
+    writeSampling(json, sampling);
     writeSettings(json, settings);
     writeScene(json, census);
     writeTrace(json, trace);
@@ -153,6 +167,13 @@ Attributes RenderReport::headerAttributes() const {
         add("seed", toString(seed->value));
     }
     add("samplesPerPixel", std::to_string(samplesPerPixel));
+    add("samplesTaken", "fewest " + std::to_string(sampling.fewest) + ", mean " +
+                            toText(sampling.mean) + ", most " + std::to_string(sampling.most));
+    add("stopped", stopReasonName(sampling.stop));
+    if (sampling.error) {
+        add("estimatedError", toText(sampling.error->whole));
+        add("estimatedError95", toText(sampling.error->percentile95));
+    }
     add("effects", join(census.present));
     add("effectsAbsent", join(census.absent));
     add("renderSeconds", toText(totalSeconds()));

@@ -1,6 +1,7 @@
 // Products and reports: writing files, and checking them.
 #include "film/product.h"
 
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
@@ -51,10 +52,32 @@ nb::list settings(const RenderReport& report) {
 }
 
 void bindReport(nb::module_& module) {
+    nb::class_<SamplingOutcome>(module, "SamplingOutcome",
+                                "The samples that pixels got, and why they got no more.")
+        .def(nb::init<>())
+        .def_ro("fewest", &SamplingOutcome::fewest)
+        .def_ro("mean", &SamplingOutcome::mean)
+        .def_ro("most", &SamplingOutcome::most)
+        .def_prop_ro(
+            "stopped", [](const SamplingOutcome& o) { return stopReasonName(o.stop); },
+            "samples, targetError, timeLimit or interrupted.")
+        .def_prop_ro(
+            "error",
+            [](const SamplingOutcome& o) {
+                return o.error ? std::optional<double>(o.error->whole) : std::nullopt;
+            },
+            "Estimated relative error of the image; None where it was not asked for.")
+        .def_prop_ro(
+            "error95",
+            [](const SamplingOutcome& o) {
+                return o.error ? std::optional<double>(o.error->percentile95) : std::nullopt;
+            },
+            "The same of the 95th percentile of the pixels.");
     nb::class_<RenderReport>(module, "RenderReport", "What a render was and did.")
         .def(nb::init<>())
         .def_ro("frame", &RenderReport::frame)
         .def_ro("samples_per_pixel", &RenderReport::samplesPerPixel)
+        .def_ro("sampling", &RenderReport::sampling)
         .def_ro("seconds", &RenderReport::seconds)
         .def_ro("written", &RenderReport::written)
         .def_ro("errors", &RenderReport::errors)

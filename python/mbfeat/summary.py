@@ -7,13 +7,20 @@ import os
 from mbfeat import _core
 
 
+STOPPED = {
+    "targetError": "stopped at the target error",
+    "timeLimit": "stopped at the time limit",
+    "interrupted": "interrupted",
+}
+
+
 def summary(report: _core.RenderReport, what: str, written: list[str]) -> str:
     """What was rendered and where it went, time by phase, effects, and what to look at again.
 
     `what` names stage, frame and camera; `written` lists files beyond those of the report.
     """
     lines = [
-        f"rendered {what}, {report.samples_per_pixel} samples per pixel",
+        f"rendered {what}, {_samples(report)}",
         *(f"wrote {_shown(path)}" for path in dict.fromkeys([*report.written, *written])),
         f"time: {_phases(report)}",
         f"scene: {_count(report.triangles, 'triangle')}, {_count(report.instances, 'instance')}, "
@@ -34,6 +41,22 @@ def summary(report: _core.RenderReport, what: str, written: list[str]) -> str:
             "nonFinite shows where"
         )
     return "\n".join(f"  {line}" for line in lines)
+
+
+def _samples(report: _core.RenderReport) -> str:
+    taken = report.sampling
+    if taken.fewest == taken.most:
+        text = f"{taken.most} samples per pixel"
+    else:
+        text = f"{taken.fewest} to {taken.most} samples per pixel, {taken.mean:.1f} on average"
+    if taken.stopped != "samples":
+        text += f"; {STOPPED[taken.stopped]}"
+    if taken.error is not None and taken.error95 is not None:
+        text += (
+            f"; estimated error {taken.error:.2%}, of the 95th percentile of pixels "
+            f"{taken.error95:.2%}"
+        )
+    return text
 
 
 def _phases(report: _core.RenderReport) -> str:

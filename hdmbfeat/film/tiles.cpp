@@ -1,0 +1,67 @@
+#include "film/tiles.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mbfeat {
+
+namespace {
+
+constexpr double kGroupsPerThread = 8.0;
+
+double pixelCount(const PixelRect& rect) {
+    return static_cast<double>(rect.width) * rect.height;
+}
+
+/// Pixels that one thread is to take at a time.
+double wantedPixels(double pixels, int samples, int capacity, int threads) {
+    return std::min(static_cast<double>(capacity) / samples, pixels / (kGroupsPerThread * threads));
+}
+
+} // namespace
+
+std::vector<PixelRect> makeTiles(const PixelRect& rect, int side) {
+    std::vector<PixelRect> tiles;
+    for (int y = rect.y; y < rect.y + rect.height; y += side) {
+        for (int x = rect.x; x < rect.x + rect.width; x += side) {
+            tiles.push_back({x, y, std::min(side, rect.x + rect.width - x),
+                             std::min(side, rect.y + rect.height - y)});
+        }
+    }
+    return tiles;
+}
+
+int fittedTile(const PixelRect& rect, int samples, int capacity, int threads) {
+    const double wanted = wantedPixels(pixelCount(rect), samples, capacity, threads);
+    return std::clamp(static_cast<int>(std::sqrt(wanted)), 4, 1024);
+}
+
+std::vector<TileGroup> singleTiles(const PixelRect& rect, int side) {
+    std::vector<TileGroup> groups;
+    for (const PixelRect& tile : makeTiles(rect, side)) {
+        groups.push_back({tile});
+    }
+    return groups;
+}
+
+std::vector<TileGroup> groupTiles(const std::vector<PixelRect>& tiles, int samples, int capacity,
+                                  int threads) {
+    double pixels = 0.0;
+    for (const PixelRect& tile : tiles) {
+        pixels += pixelCount(tile);
+    }
+    const double wanted = wantedPixels(pixels, samples, capacity, threads);
+    std::vector<TileGroup> groups;
+    double room = 0.0;
+    for (const PixelRect& tile : tiles) {
+        if (groups.empty() || room < pixelCount(tile)) {
+            groups.emplace_back();
+            room = wanted;
+        }
+        groups.back().push_back(tile);
+        room -= pixelCount(tile);
+    }
+    return groups;
+}
+
+} // namespace mbfeat
