@@ -9,15 +9,25 @@ namespace mbfeat {
 namespace {
 
 constexpr double kRegulariser = 0.01; ///< of squared radiance: darker pixels need not be as exact
-constexpr double kLargest = 1e30;      ///< of a squared error, so that sums of floats stay finite
-constexpr int kSmoothRadius = 2;
-
+constexpr double kLargest = 1e30;     ///< of a squared error, so that sums of floats stay finite
+constexpr int kSmoothRadius = 4;
 
 /// Median of up to nine numbers, of an even count the lower one.
 float median(std::array<float, 9>& values, int count) {
     float* const middle = values.data() + (count - 1) / 2;
     std::nth_element(values.data(), middle, values.data() + count);
     return *middle;
+}
+
+/// Stands for the value of a pixel with these halves: between the smaller and their mean, and never
+/// far above the smaller.
+float darkerHalf(float a, float b) {
+    const float smaller = std::min(a, b);
+    if (smaller <= 0.0F) {
+        return smaller;
+    }
+    const float larger = std::max(a, b);
+    return smaller * (0.5F + 1.0F / (1.0F + smaller / larger));
 }
 
 } // namespace
@@ -27,9 +37,9 @@ HalfSums::HalfSums(const PixelRect& data)
       pixels_(static_cast<std::size_t>(data.width) * static_cast<std::size_t>(data.height)) {}
 
 void HalfSums::add(int x, int y, int half, const PathRecord* records, int count) {
-    Pixel& pixel = pixels_[static_cast<std::size_t>(y - data_.y) *
-                               static_cast<std::size_t>(data_.width) +
-                           static_cast<std::size_t>(x - data_.x)];
+    Pixel& pixel =
+        pixels_[static_cast<std::size_t>(y - data_.y) * static_cast<std::size_t>(data_.width) +
+                static_cast<std::size_t>(x - data_.x)];
     for (int i = 0; i < count; ++i) {
         Sums& sums = pixel.half[(half + i) % 2];
         const PathRecord& record = records[i];
@@ -65,14 +75,16 @@ void ErrorMap::update(const HalfSums& sums, const RowLoop& loop) {
     raw_.resize(pixels);
     columns_.resize(pixels);
     smooth_.resize(pixels);
-    std::vector<Rgb> differences(pixels);
+    differences_.resize(pixels);
+    darker_.resize(pixels);
     loop(height_, [&](int y) {
         for (int x = 0; x < width_; ++x) {
             const std::size_t i = index(y) + static_cast<std::size_t>(x);
             Rgb a(0.0F), b(0.0F);
             sums.means(x, y, a, b); // a pixel without samples is black and exact
             mean_[i] = a * 0.5F + b * 0.5F;
-            differences[i] = a * 0.5F - b * 0.5F;
+            differences_[i] = a * 0.5F - b * 0.5F;
+            darker_[i] = Rgb(darkerHalf(a.x, b.x), darkerHalf(a.y, b.y), darkerHalf(a.z, b.z));
         }
     });
     loop(height_, [&](int y) {
@@ -88,13 +100,16 @@ void ErrorMap::update(const HalfSums& sums, const RowLoop& loop) {
                     blue[k] = mean.z;
                 }
             }
-            const auto relative = [count](double difference, std::array<float, 9>& means) {
-                const double n = median(means, count);
+            const auto relative = [count](double difference, float darker,
+                                          std::array<float, 9>& means) {
+                const double n = std::max(median(means, count), darker);
                 return difference * difference / (n * n + kRegulariser);
             };
             const std::size_t i = index(y) + static_cast<std::size_t>(x);
-            const Rgb& d = differences[i];
-            const double sum = relative(d.x, red) + relative(d.y, green) + relative(d.z, blue);
+            const Rgb& d = differences_[i];
+            const double sum = relative(d.x, darker_[i].x, red) +
+                               relative(d.y, darker_[i].y, green) +
+                               relative(d.z, darker_[i].z, blue);
             raw_[i] = static_cast<float>(std::min(sum / 3.0, kLargest));
         }
     });

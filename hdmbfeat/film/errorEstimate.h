@@ -8,10 +8,12 @@
 //
 //     ((a - b) / 2)^2 / (n^2 + 0.01)
 //
-// with n the median of m over 3 x 3 pixels: a bright outlier would else hide itself in its own
-// denominator. The error of the whole is the root of the mean over the pixels. For the percentile
-// the squared errors are averaged over 5 x 5 pixels first, as the estimate of a single pixel has
-// but three degrees of freedom.
+// where n stands for the pixel's true value. With n = m a bright outlier would hide itself in its
+// own denominator, so n is the median of m over 3 x 3 pixels; or, where a small bright thing makes
+// that too dark, the mean of min(a, b) and the harmonic mean of a and b, at most 1.5 times the
+// darker half. The error of the whole is the root of the mean over the pixels. For the percentile
+// the squared errors are averaged over 9 x 9 pixels first: the estimate of a single pixel has but
+// three degrees of freedom, and none where no sample met what is rare.
 #pragma once
 
 #include <cstddef>
@@ -72,7 +74,7 @@ public:
     int height() const { return height_; }
     /// Of each pixel alone.
     const float* row(int y) const { return &raw_[index(y)]; }
-    /// Averaged over 5 x 5 pixels.
+    /// Averaged over 9 x 9 pixels.
     const float* smoothRow(int y) const { return &smooth_[index(y)]; }
     ErrorEstimate estimate() const;
 
@@ -82,7 +84,7 @@ private:
     }
 
     int width_ = 0, height_ = 0;
-    std::vector<Rgb> mean_;
+    std::vector<Rgb> mean_, differences_, darker_;
     std::vector<float> raw_, columns_, smooth_; ///< columns_: averaged down the columns alone
 };
 

@@ -59,8 +59,8 @@ void Refinement::check(int done, const RowLoop& loop) {
             active_.push_back(block.rect);
         }
     }
-    reached_ = active_.empty() || (whole.whole <= target_.error &&
-                                   whole.percentile95 <= target_.error);
+    reached_ =
+        active_.empty() || (whole.whole <= target_.error && whole.percentile95 <= target_.error);
     samplesLeft_ = reached_ ? 0 : expectedLeft();
 }
 
@@ -80,16 +80,14 @@ void Refinement::lookAt(Block& block, int done) {
     const std::size_t pixels = smooth.size();
     block.samples = done;
     block.squared = sum / static_cast<double>(pixels);
-    block.percentile95 =
-        smooth[static_cast<std::size_t>(0.95 * static_cast<double>(pixels - 1))];
+    block.percentile95 = smooth[static_cast<std::size_t>(0.95 * static_cast<double>(pixels - 1))];
     const std::size_t levels = (pixels + kPixelsPerLevel - 1) / kPixelsPerLevel;
     block.levels.clear();
     for (std::size_t k = 0; k < levels; ++k) {
         block.levels.push_back(smooth[(2 * k + 1) * pixels / (2 * levels)]);
     }
     const double target = target_.error * target_.error;
-    block.active =
-        !target_.adaptive || block.squared > target || block.percentile95 > target;
+    block.active = !target_.adaptive || block.squared > target || block.percentile95 > target;
 }
 
 int Refinement::expectedSamples(const Block& block) const {

@@ -290,11 +290,12 @@ struct Renderer::Impl {
         setDeadline(index);
         refinement.reset();
         if (estimatesError(job.options)) {
-            refinement = std::make_unique<Refinement>(
-                view.film->window().data,
-                RefinementTarget{job.options.targetError, job.options.adaptive,
-                                 view.samplesPerPixel});
+            refinement = std::make_unique<Refinement>(view.film->window().data,
+                                                      RefinementTarget{job.options.targetError,
+                                                                       job.options.adaptive,
+                                                                       view.samplesPerPixel});
         }
+        forecasts.clear();
         const StopReason stop = refine(index);
         if (!stopping.load()) {
             reportSampling(index, stop);
@@ -331,6 +332,9 @@ struct Renderer::Impl {
             if (refinement && done == refinement->nextCheck()) {
                 refinement->check(done, rowLoop());
                 samplesTotal = samplesDone + refinement->samplesLeft() + jobSamples(job, index + 1);
+                const RenderProgress expected = progress();
+                forecasts.push_back({expected.samples, samplesTotal, expected.seconds,
+                                     expected.seconds + expected.secondsLeft});
                 if (refinement->reached()) {
                     return StopReason::kTargetError;
                 }
@@ -355,9 +359,7 @@ struct Renderer::Impl {
     }
 
     /// Whether a view that has something in every pixel is to end.
-    bool timeIsUp() const {
-        return job.options.timeLimit > 0.0 && activeSeconds() >= deadline;
-    }
+    bool timeIsUp() const { return job.options.timeLimit > 0.0 && activeSeconds() >= deadline; }
 
     RowLoop rowLoop() {
         return [this](int rows, const std::function<void(int)>& body) {
@@ -371,6 +373,7 @@ struct Renderer::Impl {
         const RenderView& view = job.views[index];
         SamplingOutcome outcome = countSamples(*view.film);
         outcome.stop = stop;
+        outcome.forecasts = std::move(forecasts);
         if (refinement && outcome.fewest >= Refinement::kLeastSamples) {
             outcome.error = refinement->estimate(rowLoop());
         }
@@ -467,8 +470,8 @@ struct Renderer::Impl {
             }
             const PathRecord* const records = worker.tracer->records() + i;
             if (refinement) {
-                refinement->sums().add(batch[i].x, batch[i].y, sequenceOf(batch[i].index),
-                                       records, end - i);
+                refinement->sums().add(batch[i].x, batch[i].y, sequenceOf(batch[i].index), records,
+                                       end - i);
             }
             view.film->add(batch[i].x, batch[i].y, records, end - i);
         }
@@ -548,6 +551,7 @@ struct Renderer::Impl {
     int poolThreads = 0;
     std::vector<Worker> workers; ///< one a thread of the pool, for the view that is rendered
     std::unique_ptr<Refinement> refinement; ///< of that view; null where no error is estimated
+    std::vector<Forecast> forecasts;        ///< of that view
     double deadline = 0.0;                  ///< of that view, in active seconds
     bool mayCut = false;                    ///< whether the running pass may end at the deadline
     std::atomic<bool> passCut{false};       ///< it did

@@ -60,7 +60,7 @@ struct RenderProgress {
     /// Of all samples of the job, 0..1; with a target error of those that it is expected to take,
     /// which may change, with a time limit of the time where that ends first.
     double fraction = 0.0;
-    double seconds = 0.0;  ///< since the job started, pauses excluded
+    double seconds = 0.0; ///< since the job started, pauses excluded
     double samplesPerSecond = 0.0;
     double secondsLeft = 0.0; ///< estimate; 0 when unknown
     std::uint64_t samples = 0;

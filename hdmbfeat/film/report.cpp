@@ -60,6 +60,14 @@ void writeSampling(JsonWriter& json, const SamplingOutcome& sampling) {
         json.key("estimatedError").value(sampling.error->whole);
         json.key("estimatedError95").value(sampling.error->percentile95);
     }
+    json.key("forecasts").beginArray();
+    for (const Forecast& forecast : sampling.forecasts) {
+        json.beginObject().key("samples").value(forecast.samples);
+        json.key("allSamples").value(forecast.allSamples);
+        json.key("seconds").value(forecast.seconds);
+        json.key("allSeconds").value(forecast.allSeconds).endObject();
+    }
+    json.endArray();
     json.endObject();
 }
 

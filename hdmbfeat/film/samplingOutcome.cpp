@@ -25,6 +25,7 @@ void SamplingOutcome::add(const SamplingOutcome& other, double pixels, double ot
     } else {
         error = pixels > 0.0 ? std::nullopt : other.error;
     }
+    forecasts.insert(forecasts.end(), other.forecasts.begin(), other.forecasts.end());
     const auto urgency = [](StopReason reason) {
         return reason == StopReason::kTargetError ? -1 : static_cast<int>(reason);
     };

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "film/errorEstimate.h"
 #include "film/film.h"
@@ -15,12 +16,19 @@ enum class StopReason : std::uint8_t { kSamples, kTargetError, kTimeLimit, kInte
 /// "samples", "targetError", "timeLimit", "interrupted".
 const char* stopReasonName(StopReason reason);
 
+/// What a render to a target error expected of itself at some time.
+struct Forecast {
+    std::uint64_t samples = 0, allSamples = 0; ///< taken then, and expected in the end
+    double seconds = 0.0, allSeconds = 0.0;
+};
+
 /// The samples that pixels got.
 struct SamplingOutcome {
     std::uint32_t fewest = 0, most = 0;
     double mean = 0.0;
     std::optional<ErrorEstimate> error; ///< where it was asked for and there were samples enough
     StopReason stop = StopReason::kSamples;
+    std::vector<Forecast> forecasts; ///< one a look at the error
 
     /// Adds another view's; `pixels` counts those so far, `otherPixels` the other's. The error
     /// becomes the larger one, the reason the more urgent one.

@@ -312,6 +312,34 @@ def make_film(width: int, height: int, aovs: Sequence[str] = [], keep_path_sampl
     An empty film; Error for an empty window, names that are no AOVs or given twice, and for more kept paths than 4 GiB.
     """
 
+class SamplingOutcome:
+    """The samples that pixels got, and why they got no more."""
+
+    def __init__(self) -> None: ...
+
+    @property
+    def fewest(self) -> int: ...
+
+    @property
+    def mean(self) -> float: ...
+
+    @property
+    def most(self) -> int: ...
+
+    @property
+    def stopped(self) -> str:
+        """samples, targetError, timeLimit or interrupted."""
+
+    @property
+    def error(self) -> float | None:
+        """
+        Estimated relative error of the image; None where it was not asked for.
+        """
+
+    @property
+    def error95(self) -> float | None:
+        """The same of the 95th percentile of the pixels."""
+
 class RenderReport:
     """What a render was and did."""
 
@@ -322,6 +350,9 @@ class RenderReport:
 
     @property
     def samples_per_pixel(self) -> int: ...
+
+    @property
+    def sampling(self) -> SamplingOutcome: ...
 
     @property
     def seconds(self) -> list[tuple[str, float]]: ...

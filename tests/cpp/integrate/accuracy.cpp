@@ -174,6 +174,29 @@ TEST_CASE("views share the time") {
     CHECK(renderer.progress().seconds < 4.0);
 }
 
+TEST_CASE("what is expected after a tenth of the samples comes within a quarter") {
+    Stage stage;
+    RenderOptions options = exactOptions(1 << 16);
+    for (const bool adaptive : {false, true}) {
+        options.adaptive = adaptive;
+        options.targetError = adaptive ? 0.008 : 0.006;
+        const RenderReport report = rendered(stage.scene, viewOf(64, 48), options);
+        CHECK(report.sampling.stop == StopReason::kTargetError);
+        const std::vector<Forecast>& forecasts = report.sampling.forecasts;
+        const auto all = static_cast<double>(report.trace.paths);
+        int late = 0;
+        for (const Forecast& forecast : forecasts) {
+            if (static_cast<double>(forecast.samples) >= 0.1 * all) {
+                CHECK(static_cast<double>(forecast.allSamples) / all ==
+                      doctest::Approx(1.0).epsilon(0.25));
+                ++late;
+            }
+        }
+        CHECK(late >= 3);
+        CHECK(static_cast<double>(forecasts.front().samples) < 0.1 * all);
+    }
+}
+
 TEST_CASE("images that stop at a target agree with those of fixed counts") {
     // Image means of 64 seeds each. |z| < 3.3 has a false alarm in 1e-3 of all seed sets, and what
     // remains of bias is under 0.5 %.
