@@ -51,14 +51,20 @@ void Refinement::check(int done, const RowLoop& loop) {
     }
     const ErrorEstimate whole = estimate(loop);
     active_.clear();
+    double before = 0.0;
+    double now = 0.0;
     for (Block& block : blocks_) {
         if (block.active) {
+            const double pixels = pixelCount(block.rect);
+            before += pixels * block.squared;
             lookAt(block, done);
+            now += pixels * block.squared;
         }
         if (block.active) {
             active_.push_back(block.rect);
         }
     }
+    fitExponent(done, before, now);
     reached_ =
         active_.empty() || (whole.whole <= target_.error && whole.percentile95 <= target_.error);
     samplesLeft_ = reached_ ? 0 : expectedLeft();
@@ -90,6 +96,29 @@ void Refinement::lookAt(Block& block, int done) {
     block.active = !target_.adaptive || block.squared > target || block.percentile95 > target;
 }
 
+void Refinement::fitExponent(int done, double before, double now) {
+    if (curve_.empty() || !(before > 0.0) || !(now > 0.0)) {
+        curve_ = {{std::log(done), 0.0}};
+        return;
+    }
+    // Blocks drop out: only what is left of them is compared.
+    curve_.push_back({std::log(done), curve_.back().logSquared + std::log(now / before)});
+    constexpr double kReach = 1.4; // of the logarithm: a factor of four
+    double count = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
+    for (const Point& point : curve_) {
+        if (point.logSamples >= curve_.back().logSamples - kReach) {
+            count += 1.0;
+            x += point.logSamples;
+            y += point.logSquared;
+            xx += point.logSamples * point.logSamples;
+            xy += point.logSamples * point.logSquared;
+        }
+    }
+    const double spread = count * xx - x * x;
+    // Beyond -2 there is but noise, above -1 an outlier that was met late.
+    exponent_ = spread > 0.0 ? std::clamp((x * y - count * xy) / spread, 1.0, 2.0) : 1.0;
+}
+
 int Refinement::expectedSamples(const Block& block) const {
     if (!block.active) {
         return block.samples;
@@ -99,7 +128,8 @@ int Refinement::expectedSamples(const Block& block) const {
     }
     const double target = target_.error * target_.error;
     const double factor = std::max(block.squared, block.percentile95) / target;
-    const double needed = std::min(factor * block.samples, 1.0 * target_.mostSamples);
+    const double needed =
+        std::min(std::pow(factor, 1.0 / exponent_) * block.samples, 1.0 * target_.mostSamples);
     int samples = nextCheck_;
     while (samples < needed) {
         samples = checkAfter(samples, target_.mostSamples);
@@ -125,7 +155,7 @@ std::uint64_t Refinement::expectedLeft() const {
             const Block& block = blocks_[i];
             const double pixels = pixelCount(block.rect);
             const int then = std::min(samples, expected[i]);
-            const double scale = static_cast<double>(block.samples) / then;
+            const double scale = std::pow(static_cast<double>(block.samples) / then, exponent_);
             left += pixels * (then - block.samples);
             squared += pixels * block.squared * scale;
             anyActive = anyActive || expected[i] > samples;

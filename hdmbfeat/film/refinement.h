@@ -42,7 +42,8 @@ public:
     bool allActive() const { return active_.size() == blocks_.size(); }
     /// The blocks that get more samples, from left to right, then down.
     const std::vector<PixelRect>& activeBlocks() const { return active_; }
-    /// Samples that the image still needs, if variances fall as 1 / samples; as of the last check.
+    /// Samples that the image still needs, as of the last check, if variances go on to fall with
+    /// the power of the samples that they fell with: stratified points do better than the power -1.
     std::uint64_t samplesLeft() const { return samplesLeft_; }
 
 private:
@@ -56,6 +57,8 @@ private:
     };
 
     void lookAt(Block& block, int done);
+    /// Takes what the squared errors of the active blocks were at the last check and are now.
+    void fitExponent(int done, double before, double now);
     /// Samples after which the block is expected to be under the target.
     int expectedSamples(const Block& block) const;
     std::uint64_t expectedLeft() const;
@@ -68,6 +71,11 @@ private:
     std::vector<PixelRect> active_;
     int nextCheck_ = 0;
     bool reached_ = false;
+    struct Point {
+        double logSamples, logSquared;
+    };
+    std::vector<Point> curve_; ///< how squared errors fell so far, from check to check
+    double exponent_ = 1.0;    ///< of 1 / samples
     std::uint64_t samplesLeft_ = 0;
 };
 

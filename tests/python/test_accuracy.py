@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mbfeat.options import check_overrides
 from rendering import (
     SCENES,
     SETTINGS,
@@ -18,8 +19,6 @@ from rendering import (
     read_parts,
     record,
 )
-
-from mbfeat.options import check_overrides
 
 RESOLUTION = (48, 32)
 
