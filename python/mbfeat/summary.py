@@ -6,7 +6,6 @@ import os
 
 from mbfeat import _core
 
-
 STOPPED = {
     "targetError": "stopped at the target error",
     "timeLimit": "stopped at the time limit",
