@@ -98,7 +98,7 @@ struct RenderOptions {
     double targetError = 0.0; ///< relative error to stop at, see film/errorEstimate.h; 0: none
     double timeLimit = 0.0;   ///< seconds; 0: none
     bool adaptive = true;     ///< with a target: parts that reached it get no more samples
-    int maxBounces = 12; ///< scattering events after the camera ray; 0 sees emission only
+    int maxBounces = 12;      ///< scattering events after the camera ray; 0 sees emission only
     // Of these the kind's own: diffuse, reflection by anything else, transmission.
     int maxDiffuse = kMostBounces, maxReflection = kMostBounces, maxTransmission = kMostBounces;
     bool caustics = true; ///< light that sharp surfaces throw on wide ones

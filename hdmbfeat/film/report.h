@@ -25,7 +25,7 @@ struct RenderReport {
     std::size_t workers = 0;   ///< threads that traced
     std::size_t filmBytes = 0; ///< of all films
     std::size_t filmAovs = 0;  ///< that films hold, `color` included
-    int samplesPerPixel = 0; ///< the setting: what each pixel gets, or the most
+    int samplesPerPixel = 0;   ///< the setting: what each pixel gets, or the most
     SamplingOutcome sampling;
     /// Seconds by phase, in order: "commit", "sampling", "write", ...
     std::vector<std::pair<std::string, double>> seconds;
