@@ -412,8 +412,13 @@ void Film::Impl::combine(std::vector<float>& planes) const {
     }
     const std::vector<float> weights = combineWeights(
         {window.data.width, window.data.height, rendered.data(), variance.data(), planes.data()});
-    for (std::size_t i = 0; i < planes.size(); ++i) {
-        planes[i] += weights[i % pixelCount()] * (rendered[i] - planes[i]);
+    float* mixed = planes.data();
+    const float* other = rendered.data();
+    for (std::size_t plane = 0; plane < 3 * names.size(); ++plane) {
+        for (const float weight : weights) {
+            *mixed += weight * (*other++ - *mixed);
+            ++mixed;
+        }
     }
 }
 
