@@ -57,8 +57,8 @@ TEST_CASE("the paper's 54 values are the table's features in the record's order"
 
 TEST_CASE("names of the table are those of the documented AOVs") {
     const std::vector<std::string> standard = {
-        "color",      "alpha",     "depth",  "cameraDepth", "normal",      "Neye",     "primId",
-        "instanceId", "elementId", "albedo", "variance",    "sampleCount", "nonFinite"};
+        "color",      "alpha",     "depth",  "cameraDepth", "normal",   "Neye",        "primId",
+        "instanceId", "elementId", "albedo", "mbfeat:raw",  "variance", "sampleCount", "nonFinite"};
     for (std::size_t i = 0; i < standard.size(); ++i) {
         CHECK(aovTable()[i].name == standard[i]);
     }

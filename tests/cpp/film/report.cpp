@@ -63,7 +63,8 @@ TEST_CASE("a report as JSON") {
     CHECK(
         report.json() ==
         R"({"version":"1.0","stage":"a \"b\".usda","frame":-3,"samplesPerPixel":8,)"
-        R"("interrupted":false,"settings":{"mbfeat:robust":{"value":true,"source":"default"},)"
+        R"("interrupted":false,"sampling":{"fewest":0,"mean":0,"most":0,"stopped":"samples",)"
+        R"("forecasts":[]},"settings":{"mbfeat:robust":{"value":true,"source":"default"},)"
         R"("mbfeat:seed":{"value":9,"source":"environment"},)"
         R"("mbfeat:pixelFilterWidth":{"value":1.5,"source":"prim"},)"
         R"("mbfeat:pixelFilter":{"value":"box","source":"command line"}},)"
