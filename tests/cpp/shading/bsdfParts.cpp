@@ -23,8 +23,13 @@ std::uint32_t partsOf(const SurfaceParameters<float>& p) {
     return parts;
 }
 
+std::uint32_t bitsOf(float value) {
+    std::uint32_t bits = 0;
+    std::memcpy(&bits, &value, sizeof(bits));
+    return bits;
+}
 bool same(float a, float b) {
-    return std::memcmp(&a, &b, sizeof(a)) == 0;
+    return bitsOf(a) == bitsOf(b);
 }
 bool same(const Float3& a, const Float3& b) {
     return same(a.x, b.x) && same(a.y, b.y) && same(a.z, b.z);
