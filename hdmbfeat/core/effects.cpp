@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "core/editDistance.h"
+#include "core/text.h"
 
 namespace mbfeat {
 
@@ -57,13 +58,6 @@ constexpr std::array<EffectDescriptor, kEffectCount> kTable{{
     {Effect::kPrimvarAovs, "primvar AOVs", "a primvar is an AOV", nullptr},
     {Effect::kPathSamples, "path samples", "every path is kept", nullptr},
 }};
-
-std::string_view trimmed(std::string_view text) {
-    const std::size_t first = text.find_first_not_of(" \t\r\n");
-    return first == std::string_view::npos
-               ? std::string_view()
-               : text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
-}
 
 Error wrongWord(std::string_view word, const std::string& nearest) {
     return {"mbfeat:effects", "\"" + std::string(word) +

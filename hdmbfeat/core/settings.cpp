@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "core/editDistance.h"
+#include "core/text.h"
 
 namespace mbfeat {
 
@@ -197,15 +198,6 @@ std::string nearestSetting(const std::string& name) {
         return nearestName(name, settingNames());
     }
     return nearestName(std::string(kPrefix) + name, settingNames());
-}
-
-std::string_view trimmed(std::string_view text) {
-    constexpr std::string_view kBlank = " \t\r\n";
-    const std::size_t first = text.find_first_not_of(kBlank);
-    if (first == std::string_view::npos) {
-        return {};
-    }
-    return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
 }
 
 template <class T>

@@ -1,8 +1,9 @@
 #include "delegate/jobFinish.h"
 
-#include <chrono>
 #include <filesystem>
 #include <system_error>
+
+#include "core/clock.h"
 
 namespace mbfeat {
 
@@ -63,11 +64,9 @@ void finishJob(const JobResult& result, Diagnostics& messages, RenderReport& rep
                                     "is written. Repair what they name, or set it to warn."},
                  messages, report);
     } else if (!report.interrupted) {
-        const auto begin = std::chrono::steady_clock::now();
+        const Clock::time_point begin = Clock::now();
         writeProducts(result, messages, report);
-        report.seconds.emplace_back(
-            "write",
-            std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+        report.seconds.emplace_back("write", secondsSince(begin));
     }
     report.warnings = messages.count(Severity::kWarning);
     auto frame = std::make_shared<FinishedFrame>();

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <iterator>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -32,6 +32,15 @@ Name parsed(const std::string& channel) {
     return name;
 }
 
+/// Bits of a float without its sign: they grow with its size, and those of infinity and of what is
+/// no number are the largest.
+std::uint32_t magnitudeBits(float value) {
+    std::uint32_t bits = 0;
+    std::memcpy(&bits, &value, sizeof(bits));
+    return bits & 0x7FFFFFFFU;
+}
+constexpr std::uint32_t kInfinityBits = 0x7F800000U;
+
 bool isShown(const Name& name, const std::string& channel, ShownFeatures shown) {
     switch (shown) {
     case ShownFeatures::kAll:
@@ -47,7 +56,8 @@ bool isShown(const Name& name, const std::string& channel, ShownFeatures shown) 
 } // namespace
 
 Result<ChannelPlan> ChannelPlan::make(const std::vector<std::string>& channels,
-                                      const PathSamples& paths, ShownFeatures shown) {
+                                      const PathSamples& paths, ShownFeatures shown,
+                                      const std::vector<std::string>& lights) {
     const auto find = [&](const std::string& field) -> std::optional<std::size_t> {
         const auto found = std::find(paths.fields.begin(), paths.fields.end(), field);
         if (found == paths.fields.end()) {
@@ -101,6 +111,14 @@ Result<ChannelPlan> ChannelPlan::make(const std::vector<std::string>& channels,
                          "); the image is not denoised. Record it, with mbfeat:event:0 among a "
                          "deep product's AOVs for the extended set, or take another network."};
     }
+    for (const std::string& name : lights) {
+        const std::optional<std::size_t> place = find(name);
+        if (!place || *place + 3 > paths.fields.size()) {
+            return Error{name, "the path samples do not have this colour; the image is not "
+                               "denoised."};
+        }
+        plan.lights_.push_back(*place);
+    }
     return plan;
 }
 
@@ -120,8 +138,10 @@ void ChannelPlan::append(const Source& source) {
 }
 
 bool ChannelPlan::write(const float* path, float* out, std::size_t stride) const {
-    // Zero times anything that is not finite is no number, and stays one in a sum.
-    float check = 0.0F;
+    std::uint32_t largest = 0;
+    const auto look = [&largest](float value) {
+        largest = std::max(largest, magnitudeBits(value));
+    };
     float* to = out;
     for (const Source& source : sources_) {
         switch (source.kind) {
@@ -134,15 +154,21 @@ bool ChannelPlan::write(const float* path, float* out, std::size_t stride) const
             const float* const from = path + source.field;
             for (std::size_t i = 0; i < source.count; ++i, to += stride) {
                 *to = from[i];
-                check += 0.0F * from[i];
+                look(from[i]);
             }
             break;
         }
         case Kind::kDirection: {
             const float* const world = path + source.field;
             const float* const axis = rotation_ + 3 * source.axis;
-            *to = axis[0] * world[0] + axis[1] * world[1] + axis[2] * world[2];
-            check += 0.0F * *to;
+            look(world[0]);
+            look(world[1]);
+            look(world[2]);
+            // Of what is no number nothing is computed, see floatTraps.h.
+            *to = largest < kInfinityBits
+                      ? axis[0] * world[0] + axis[1] * world[1] + axis[2] * world[2]
+                      : 0.0F;
+            look(*to);
             to += stride;
             break;
         }
@@ -151,13 +177,18 @@ bool ChannelPlan::write(const float* path, float* out, std::size_t stride) const
             const bool isNumber = number >= 0.0F && number < 4294967040.0F;
             const auto bits = isNumber ? static_cast<std::uint32_t>(number) : 0U;
             *to = (bits & source.bits) != 0 ? 1.0F : 0.0F;
-            check += isNumber ? 0.0F : std::numeric_limits<float>::quiet_NaN();
+            largest = isNumber ? largest : kInfinityBits;
             to += stride;
             break;
         }
         }
     }
-    const bool finite = check == 0.0F;
+    for (const std::size_t light : lights_) {
+        look(path[light]);
+        look(path[light + 1]);
+        look(path[light + 2]);
+    }
+    const bool finite = largest < kInfinityBits;
     for (std::size_t i = 0; !finite && i < size_; ++i) {
         out[i * stride] = 0.0F;
     }

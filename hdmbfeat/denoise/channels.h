@@ -33,17 +33,20 @@ struct PathSamples {
 /// How much of the paths a network is shown; what is left out is zero.
 enum class ShownFeatures : std::uint8_t { kAll, kFirstHit, kNone };
 
-/// Finds a network's channels in the fields of paths.
+/// Finds in the fields of paths a network's channels, and the colours that are reconstructed.
 class ChannelPlan {
 public:
-    /// An error names channels that the paths lack.
+    /// `lights` are the first fields of the colours. An error names what the paths lack.
     static Result<ChannelPlan> make(const std::vector<std::string>& channels,
-                                    const PathSamples& paths, ShownFeatures shown);
+                                    const PathSamples& paths, ShownFeatures shown,
+                                    const std::vector<std::string>& lights);
 
     /// Writes the path's channels to out[0], out[stride], ...: false, and nothing but zeros, where
-    /// one of them is not finite.
+    /// one of them or of the colours is not finite.
     bool write(const float* path, float* out, std::size_t stride) const;
     std::size_t size() const { return size_; }
+    /// Places of the colours' first fields.
+    const std::vector<std::size_t>& lights() const { return lights_; }
 
 private:
     enum class Kind : std::uint8_t { kZero, kField, kDirection, kBit };
@@ -57,6 +60,7 @@ private:
     void append(const Source& source);
 
     std::vector<Source> sources_;
+    std::vector<std::size_t> lights_;
     std::size_t size_ = 0; ///< channels
     float rotation_[9] = {};
 

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kRadius = 7; ///< of the neighbourhood: 15 x 15 pixels of three channels
 
-/// Sums of each pixel's neighbourhood, in place. In double: running sums subtract.
+/// Sums of each pixel's neighbourhood, in place.
 void sumAround(std::vector<double>& values, int width, int height) {
     std::vector<double> line;
     const auto pass = [&](int length, std::size_t first, std::size_t stride) {

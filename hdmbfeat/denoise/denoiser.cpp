@@ -1,13 +1,12 @@
 #include "denoise/denoiser.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <iterator>
 #include <mutex>
 #include <optional>
 #include <utility>
 
+#include "core/clock.h"
 #include "core/parallel.h"
 #include "denoise/splat.h"
 
@@ -15,17 +14,10 @@ namespace mbfeat {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-double secondsSince(Clock::time_point begin) {
-    return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
 /// Paths that one thread gives to the network at once: their channels stay in its cache.
 constexpr std::size_t kChunk = 2048;
 /// Paths of a pixel that are looked at together.
 constexpr std::size_t kMostSamples = 16;
-constexpr double kSumsShare = 0.5; ///< of the time that a layered model takes, about
 
 /// A tile with what surrounds it: `core` is computed from `region`, both inside the image.
 struct Tile {
@@ -75,20 +67,13 @@ protected:
         return failure_.has_value() ||
                (options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed));
     }
-    void tell(double fraction) const {
-        if (options_.progress) {
-            options_.progress(fraction);
-        }
-    }
 
     template <class TileFunction>
-    void forEachTile(std::size_t samples, double done, const TileFunction& reconstruct) {
+    void forEachTile(std::size_t samples, const TileFunction& reconstruct) {
         const std::vector<Tile> tiles = makeTiles(samples);
         result_.tiles = static_cast<int>(tiles.size());
         for (std::size_t i = 0; i < tiles.size() && !isOver(); ++i) {
             reconstruct(tiles[i]);
-            tell(done +
-                 (1.0 - done) * static_cast<double>(i + 1) / static_cast<double>(tiles.size()));
         }
     }
 
@@ -206,8 +191,8 @@ public:
                          pool),
           sums_(sums) {}
 
-    Result<DenoiseResult> run(double done) {
-        forEachTile(1, done, [this](const Tile& tile) { reconstruct(tile); });
+    Result<DenoiseResult> run() {
+        forEachTile(1, [this](const Tile& tile) { reconstruct(tile); });
         result_.repaired = sums_.repaired();
         result_.empty = sums_.emptyPixels();
         return finished();
@@ -237,16 +222,14 @@ private:
 class SampleReconstruction : private Reconstruction {
 public:
     SampleReconstruction(const DenoiseModel& model, const PathSamples& paths,
-                         const DenoiseOptions& options, ChannelPlan plan,
-                         std::vector<std::size_t> lights, ThreadPool& pool)
-        : Reconstruction(model, options, paths.width, paths.height, 3 * lights.size(), pool),
+                         const DenoiseOptions& options, ChannelPlan plan, ThreadPool& pool)
+        : Reconstruction(model, options, paths.width, paths.height, 3 * plan.lights().size(), pool),
           paths_(paths),
-          plan_(std::move(plan)),
-          lights_(std::move(lights)) {}
+          plan_(std::move(plan)) {}
 
     Result<DenoiseResult> run() {
         const std::size_t samples = std::max<std::size_t>(mostSamples(paths_), 1);
-        forEachTile(samples, 0.0, [&](const Tile& tile) { reconstruct(tile, samples); });
+        forEachTile(samples, [&](const Tile& tile) { reconstruct(tile, samples); });
         result_.repaired = repaired_;
         return finished();
     }
@@ -300,7 +283,7 @@ private:
             }
             const float* const path = paths_.path(pixelAt(i), sample);
             float* to = light + i;
-            for (const std::size_t field : lights_) {
+            for (const std::size_t field : plan_.lights()) {
                 for (std::size_t k = 0; k < 3; ++k, to += pixels) {
                     *to = path[field + k];
                 }
@@ -338,7 +321,7 @@ private:
                 continue;
             }
             const float* const path = paths_.path(pixel, s);
-            if (plan_.write(path, planes + i, pixels) && lightsAreFinite(path)) {
+            if (plan_.write(path, planes + i, pixels)) {
                 share[i] = 1.0F;
             } else {
                 ++repaired;
@@ -347,16 +330,8 @@ private:
         repaired_.fetch_add(repaired, std::memory_order_relaxed);
     }
 
-    bool lightsAreFinite(const float* path) const {
-        return std::all_of(lights_.begin(), lights_.end(), [&](std::size_t field) {
-            return std::isfinite(path[field]) && std::isfinite(path[field + 1]) &&
-                   std::isfinite(path[field + 2]);
-        });
-    }
-
     const PathSamples& paths_;
     ChannelPlan plan_;
-    std::vector<std::size_t> lights_; ///< first fields
     std::atomic<std::uint64_t> repaired_{0};
 };
 
@@ -371,7 +346,6 @@ Result<bool> sumUp(const PathSamples& paths, PathSums& sums, const DenoiseOption
     std::mutex mutex;
     Status failure;
     std::atomic<bool> failed{false};
-    std::atomic<std::int64_t> done{0};
     const auto addPixels = [&](std::size_t first, std::size_t last) {
         std::vector<std::size_t> places;
         std::vector<const float*> rows;
@@ -399,33 +373,20 @@ Result<bool> sumUp(const PathSamples& paths, PathSums& sums, const DenoiseOption
             }
         }
     };
-    const bool whole = pool.run(0, chunks, 1, options.stop, [&](std::int64_t index, int thread) {
-        const std::size_t first = static_cast<std::size_t>(index) * chunk;
-        addPixels(first, std::min(first + chunk, pixels));
-        ++done;
-        if (thread == 0 && options.progress) {
-            options.progress(kSumsShare * static_cast<double>(done) / static_cast<double>(chunks));
-        }
-    });
+    const bool whole =
+        pool.run(0, chunks, 1, options.stop, [&](std::int64_t index, int /*thread*/) {
+            const std::size_t first = static_cast<std::size_t>(index) * chunk;
+            addPixels(first, std::min(first + chunk, pixels));
+        });
     if (failure) {
         return *failure;
     }
     return whole;
 }
 
-/// First fields of the colours that are to be reconstructed.
-Result<std::vector<std::size_t>> findLights(const PathSamples& paths,
-                                            const std::vector<std::string>& names) {
-    std::vector<std::size_t> lights;
-    for (const std::string& name : names) {
-        const auto found = std::find(paths.fields.begin(), paths.fields.end(), name);
-        if (std::distance(found, paths.fields.end()) < 3) {
-            return Error{name, "the path samples do not have this colour; the image is not "
-                               "denoised."};
-        }
-        lights.push_back(static_cast<std::size_t>(std::distance(paths.fields.begin(), found)));
-    }
-    return lights;
+Result<ChannelPlan> planOf(const DenoiseModel& model, const PathSamples& paths,
+                           const DenoiseOptions& options) {
+    return ChannelPlan::make(model.contract().channels, paths, options.shown, options.lights);
 }
 
 int threadsOf(const DenoiseOptions& options) {
@@ -440,21 +401,16 @@ Result<std::unique_ptr<PathSums>> makePathSums(const std::shared_ptr<const Denoi
     if (model->contract().kind != DenoiseContract::Kind::kLayered) {
         return Error{model->file(), "this network needs every sample, not sums of them."};
     }
-    Result<ChannelPlan> plan = ChannelPlan::make(model->contract().channels, paths, options.shown);
+    Result<ChannelPlan> plan = planOf(*model, paths, options);
     if (!plan) {
         return plan.error();
     }
-    Result<std::vector<std::size_t>> lights = findLights(paths, options.lights);
-    if (!lights) {
-        return lights.error();
-    }
-    return std::make_unique<PathSums>(model, std::move(plan.value()), paths.width, paths.height,
-                                      std::move(lights.value()));
+    return std::make_unique<PathSums>(model, std::move(plan.value()), paths.width, paths.height);
 }
 
 Result<DenoiseResult> denoise(const PathSums& sums, const DenoiseOptions& options) {
     ThreadPool pool(threadsOf(options));
-    return ClassReconstruction(sums, options, pool).run(0.0);
+    return ClassReconstruction(sums, options, pool).run();
 }
 
 Result<DenoiseResult> denoise(const std::shared_ptr<const DenoiseModel>& model,
@@ -471,24 +427,17 @@ Result<DenoiseResult> denoise(const std::shared_ptr<const DenoiseModel>& model,
             return whole.error();
         }
         const double seconds = secondsSince(begin);
-        Result<DenoiseResult> result =
-            ClassReconstruction(*sums.value(), options, pool).run(kSumsShare);
+        Result<DenoiseResult> result = ClassReconstruction(*sums.value(), options, pool).run();
         if (result) {
             result.value().gatherSeconds += seconds;
         }
         return result;
     }
-    Result<ChannelPlan> plan = ChannelPlan::make(model->contract().channels, paths, options.shown);
+    Result<ChannelPlan> plan = planOf(*model, paths, options);
     if (!plan) {
         return plan.error();
     }
-    Result<std::vector<std::size_t>> lights = findLights(paths, options.lights);
-    if (!lights) {
-        return lights.error();
-    }
-    return SampleReconstruction(*model, paths, options, std::move(plan.value()),
-                                std::move(lights.value()), pool)
-        .run();
+    return SampleReconstruction(*model, paths, options, std::move(plan.value()), pool).run();
 }
 
 } // namespace mbfeat

@@ -3,7 +3,6 @@
 
 #include <atomic>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,8 +22,6 @@ struct DenoiseOptions {
     /// First fields of the colours to reconstruct, all with the same kernels, so that colours which
     /// add up before still do: "R", "mbfeat:contribution:0.R", ...
     std::vector<std::string> lights = {"R"};
-    /// Called now and then, on any thread, with the part that is done.
-    std::function<void(double)> progress;
     const std::atomic<bool>* stop = nullptr;
 };
 

@@ -13,7 +13,6 @@ struct Session;
 struct SessionOptions;
 struct Value;
 struct MemoryInfo;
-struct TypeInfo;
 struct TensorInfo;
 struct Metadata;
 struct Allocator;

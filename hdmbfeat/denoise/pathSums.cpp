@@ -1,18 +1,16 @@
 #include "denoise/pathSums.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace mbfeat {
 
 PathSums::PathSums(std::shared_ptr<const DenoiseModel> model, ChannelPlan plan, int width,
-                   int height, std::vector<std::size_t> lights)
+                   int height)
     : model_(std::move(model)),
       plan_(std::move(plan)),
       width_(width),
       height_(height),
-      lights_(std::move(lights)),
       planes_(static_cast<std::size_t>(model_->contract().classPlanes)) {
     const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     classes_.resize(pixels * kPathClasses * planes_);
@@ -25,18 +23,19 @@ std::size_t PathSums::bytes() const {
            counts_.size() * sizeof(std::uint32_t);
 }
 
+/// A pixel without paths holds zeros already, so that a film that is cleared before its first
+/// sample is not written all over.
 void PathSums::clear() {
-    std::fill(classes_.begin(), classes_.end(), 0.0F);
-    std::fill(light_.begin(), light_.end(), 0.0);
-    std::fill(counts_.begin(), counts_.end(), 0U);
+    const std::size_t classes = kPathClasses * planes_;
+    const std::size_t lights = kPathClasses * lightChannels();
+    for (std::size_t pixel = 0; pixel < counts_.size(); ++pixel) {
+        if (counts_[pixel] > 0) {
+            std::fill_n(classes_.data() + pixel * classes, classes, 0.0F);
+            std::fill_n(light_.data() + pixel * lights, lights, 0.0);
+            counts_[pixel] = 0;
+        }
+    }
     repaired_ = 0;
-}
-
-bool PathSums::hasFiniteLights(const float* path) const {
-    return std::all_of(lights_.begin(), lights_.end(), [&](std::size_t field) {
-        return std::isfinite(path[field]) && std::isfinite(path[field + 1]) &&
-               std::isfinite(path[field + 2]);
-    });
 }
 
 Status PathSums::add(const std::size_t* pixels, std::size_t pixelCount, std::size_t samples,
@@ -62,7 +61,7 @@ void PathSums::addByEncoder(const std::size_t* pixels, std::size_t pathCount, st
         std::size_t count = 0;
         for (; next < pathCount && count < kGroup; ++next) {
             const float* const path = paths[next];
-            if (!hasFiniteLights(path) || !plan_.write(path, channels.data() + count, kGroup)) {
+            if (!plan_.write(path, channels.data() + count, kGroup)) {
                 ++repaired;
                 continue;
             }
@@ -84,7 +83,7 @@ void PathSums::addByEncoder(const std::size_t* pixels, std::size_t pathCount, st
             }
             sums[width] += 1.0F;
             double* light = light_.data() + place * lightChannels();
-            for (const std::size_t field : lights_) {
+            for (const std::size_t field : plan_.lights()) {
                 for (std::size_t k = 0; k < 3; ++k) {
                     *light++ += static_cast<double>(usable[i][field + k]);
                 }
@@ -104,7 +103,7 @@ Status PathSums::addByGraph(const std::size_t* pixels, std::size_t pixelCount, s
         for (std::size_t i = 0; i < pixelCount; ++i) {
             const float* const path = paths[i * samples + s];
             float* const first = channels.data() + s * plan_.size() * pixelCount + i;
-            const bool usable = plan_.write(path, first, pixelCount) && hasFiniteLights(path);
+            const bool usable = plan_.write(path, first, pixelCount);
             shares[s * pixelCount + i] = usable ? 1.0F : 0.0F;
             counts_[pixels[i]] += usable ? 1U : 0U;
             repaired += usable ? 0 : 1;
@@ -161,7 +160,7 @@ void PathSums::addLight(const std::size_t* pixels, std::size_t pixelCount, std::
                 }
                 const float* const path = paths[i * samples + s];
                 double* to = all + c * lightChannels();
-                for (const std::size_t field : lights_) {
+                for (const std::size_t field : plan_.lights()) {
                     for (std::size_t k = 0; k < 3; ++k) {
                         *to++ += static_cast<double>(weight) * static_cast<double>(path[field + k]);
                     }
@@ -192,8 +191,7 @@ void PathSums::means(int x0, int y0, int x1, int y1, std::vector<float>& classes
             const auto count = static_cast<std::size_t>(last - first);
             double scale[kBlock];
             for (std::size_t i = 0; i < count; ++i) {
-                scale[i] =
-                    counts_[pixel + i] == 0 ? 0.0F : 1.0F / static_cast<float>(counts_[pixel + i]);
+                scale[i] = counts_[pixel + i] == 0 ? 0.0 : 1.0 / counts_[pixel + i];
             }
             const auto write = [&](const auto* from, std::size_t values, std::vector<float>& to) {
                 const auto* const in = from + pixel * values;

@@ -14,10 +14,8 @@ namespace mbfeat {
 
 class PathSums {
 public:
-    /// For an image of that size, of a layered model. `lights` are the
-    /// first fields of the colours to reconstruct.
-    PathSums(std::shared_ptr<const DenoiseModel> model, ChannelPlan plan, int width, int height,
-             std::vector<std::size_t> lights);
+    /// For an image of that size, of a layered model.
+    PathSums(std::shared_ptr<const DenoiseModel> model, ChannelPlan plan, int width, int height);
 
     /// Adds `samples` paths of each of some pixels, paths[pixel * samples + sample]. Different
     /// threads may add to different pixels at once; a pixel's paths are added in order. Paths that
@@ -30,7 +28,7 @@ public:
 
     int width() const { return width_; }
     int height() const { return height_; }
-    std::size_t lightChannels() const { return 3 * lights_.size(); }
+    std::size_t lightChannels() const { return 3 * plan_.lights().size(); }
     std::size_t planes() const { return planes_; } ///< of a class
     const DenoiseModel& model() const { return *model_; }
     std::uint64_t repaired() const { return repaired_; }
@@ -51,12 +49,10 @@ private:
     void addClasses(const std::size_t* pixels, std::size_t pixelCount, const TensorView& classes);
     void addLight(const std::size_t* pixels, std::size_t pixelCount, std::size_t samples,
                   const float* const* paths, const float* shares, const TensorView& mask);
-    bool hasFiniteLights(const float* path) const;
 
     std::shared_ptr<const DenoiseModel> model_;
     ChannelPlan plan_;
     int width_, height_;
-    std::vector<std::size_t> lights_;
     std::size_t planes_ = 0;
     // A pixel's numbers lie side by side: it is added to as a whole.
     std::vector<float> classes_;        ///< [pixel][class][plane]

@@ -1,7 +1,6 @@
 #include "film/deepReader.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -17,6 +16,7 @@
 #include <ImfPartType.h>
 #include <ImfStringAttribute.h>
 
+#include "core/clock.h"
 #include "film/filmDenoiser.h"
 #include "integrate/pathRecord.h"
 
@@ -234,7 +234,7 @@ private:
 
 Result<DenoisedFile> denoiseDeepFile(const std::string& path, const DenoiseSettings& settings,
                                      int threads, const std::vector<std::string>& aovs) {
-    const auto begin = std::chrono::steady_clock::now();
+    const Clock::time_point begin = Clock::now();
     try {
         DeepFile file(path, std::max(threads, 0));
         if (const Status problem = file.check(path)) {
@@ -248,7 +248,7 @@ Result<DenoisedFile> denoiseDeepFile(const std::string& path, const DenoiseSetti
         // A film would take what the file lacks for zeros.
         const PathSamples recorded = file.fields();
         const Result<ChannelPlan> plan = ChannelPlan::make(
-            denoise.value()->model->contract().channels, recorded, ShownFeatures::kAll);
+            denoise.value()->model->contract().channels, recorded, ShownFeatures::kAll, {});
         if (!plan) {
             return Error{path, plan.error().text};
         }
@@ -263,7 +263,7 @@ Result<DenoisedFile> denoiseDeepFile(const std::string& path, const DenoiseSetti
             return film.error();
         }
         file.addTo(*film.value());
-        const std::chrono::duration<double> reading = std::chrono::steady_clock::now() - begin;
+        const double reading = secondsSince(begin);
         if (const Status problem = film.value()->reconstruct(nullptr)) {
             return *problem;
         }
@@ -273,7 +273,7 @@ Result<DenoisedFile> denoiseDeepFile(const std::string& path, const DenoiseSetti
         result.report.stage = textOf(file.header(), "mbfeat:stage");
         result.report.samplesPerPixel = request.samplesPerPixel;
         result.report.seconds = {
-            {"read", reading.count()}, {"inference", times.inference}, {"splat", times.splat}};
+            {"read", reading}, {"inference", times.inference}, {"splat", times.splat}};
         return result;
     } catch (const std::bad_alloc&) {
         return Error{path, "there is not enough memory for its paths. Denoise it with a layered "

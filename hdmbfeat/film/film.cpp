@@ -97,9 +97,8 @@ struct Film::Impl {
     mutable std::mutex reconstructionMutex;
     std::shared_ptr<const std::vector<float>> reconstruction;
 
-    explicit Impl(const FilmRequest& request);
+    Impl(const FilmRequest& request, std::unique_ptr<FilmDenoiser> itsDenoiser);
     void bind(const std::string& name);
-    bool adoptDenoiser(const FilmRequest& request);
     void layOut();
     void allocate();
 
@@ -153,9 +152,10 @@ struct Film::Impl {
                               T* out) const;
 };
 
-Film::Impl::Impl(const FilmRequest& request)
+Film::Impl::Impl(const FilmRequest& request, std::unique_ptr<FilmDenoiser> itsDenoiser)
     : window(request.window),
-      cameraToWorld(request.cameraToWorld) {
+      cameraToWorld(request.cameraToWorld),
+      denoiser(std::move(itsDenoiser)) {
     bind("color");
     for (const std::string& name : request.aovs) {
         bind(name);
@@ -164,9 +164,10 @@ Film::Impl::Impl(const FilmRequest& request)
         flags |= aov.recordFlags;
     }
     // The denoiser weighs its image against what was rendered.
-    hasVariance = request.denoise != nullptr;
+    hasVariance = denoiser != nullptr;
     layOut();
-    const bool keepsForDenoiser = adoptDenoiser(request);
+    flags |= denoiser ? denoiser->recordFlags() : 0U;
+    const bool keepsForDenoiser = denoiser && denoiser->denoise().keepsPaths();
     if ((request.keepPathSamples || keepsForDenoiser) && request.samplesPerPixel > 0) {
         extendedSamples = request.extendedPathSamples || keepsForDenoiser;
         capacity = static_cast<std::size_t>(request.samplesPerPixel);
@@ -175,21 +176,6 @@ Film::Impl::Impl(const FilmRequest& request)
         flags |= extendedSamples ? kRecordExtended : 0U;
     }
     allocate();
-}
-
-/// True where it needs kept paths. What it cannot be made for was reported by Film::create().
-bool Film::Impl::adoptDenoiser(const FilmRequest& request) {
-    if (!request.denoise) {
-        return false;
-    }
-    Result<std::unique_ptr<FilmDenoiser>> made =
-        FilmDenoiser::make(request.denoise, request.window, request.aovs);
-    if (!made) {
-        return false;
-    }
-    denoiser = std::move(made.value());
-    flags |= denoiser->recordFlags();
-    return denoiser->keepsPaths();
 }
 
 void Film::Impl::bind(const std::string& name) {
@@ -259,7 +245,10 @@ void Film::Impl::allocate() {
     }
 }
 
-Film::Film(const FilmRequest& request) : impl_(std::make_unique<Impl>(request)) {}
+Film::Film(const FilmRequest& request) : Film(request, nullptr) {}
+
+Film::Film(const FilmRequest& request, std::unique_ptr<FilmDenoiser> denoiser)
+    : impl_(std::make_unique<Impl>(request, std::move(denoiser))) {}
 
 Film::~Film() = default;
 
@@ -437,7 +426,7 @@ Status Film::reconstruct(const std::atomic<bool>* stop) {
     PathSamples kept;
     kept.width = impl.window.data.width;
     kept.height = impl.window.data.height;
-    if (impl.denoiser->keepsPaths()) {
+    if (impl.denoiser->denoise().keepsPaths()) {
         kept.capacity = pathSampleCapacity();
         kept.data = pathSamples();
         for (const PathSampleField& field : impl.layout) {

@@ -50,7 +50,9 @@ class Film {
 public:
     /// Unknown and repeated AOVs are left out. Throws std::bad_alloc where memory is short, which
     /// only callers that made the request themselves should risk: others use create().
+    /// Nothing is denoised, whatever the request says: that is up to create().
     explicit Film(const FilmRequest& request);
+    Film(const FilmRequest& request, std::unique_ptr<FilmDenoiser> denoiser);
     ~Film();
     Film(const Film&) = delete;
     Film& operator=(const Film&) = delete;

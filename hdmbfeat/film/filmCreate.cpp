@@ -56,15 +56,7 @@ Result<std::shared_ptr<Film>> Film::create(const FilmRequest& request,
     // In double: the product of a hostile resolution and sample count overflows integers.
     const double pixels = static_cast<double>(request.window.data.width) *
                           static_cast<double>(request.window.data.height);
-    bool keepsForDenoiser = false;
-    if (request.denoise) {
-        const Result<std::unique_ptr<FilmDenoiser>> denoiser =
-            FilmDenoiser::make(request.denoise, request.window, request.aovs);
-        if (!denoiser) {
-            return denoiser.error();
-        }
-        keepsForDenoiser = denoiser.value()->keepsPaths();
-    }
+    const bool keepsForDenoiser = request.denoise && request.denoise->keepsPaths();
     if (request.keepPathSamples || keepsForDenoiser) {
         const auto fields = static_cast<double>(
             pathSampleFields(request.extendedPathSamples || keepsForDenoiser).size());
@@ -79,7 +71,16 @@ Result<std::shared_ptr<Film>> Film::create(const FilmRequest& request,
         }
     }
     try {
-        return std::make_shared<Film>(request);
+        std::unique_ptr<FilmDenoiser> denoiser;
+        if (request.denoise) {
+            Result<std::unique_ptr<FilmDenoiser>> made =
+                FilmDenoiser::make(request.denoise, request.window, request.aovs);
+            if (!made) {
+                return made.error();
+            }
+            denoiser = std::move(made.value());
+        }
+        return std::make_shared<Film>(request, std::move(denoiser));
     } catch (const std::bad_alloc&) {
         return Error{"film", "There is not enough memory for the accumulators of " +
                                  std::to_string(request.window.data.width) + " x " +

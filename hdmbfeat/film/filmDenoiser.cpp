@@ -6,6 +6,7 @@
 #include <iterator>
 #include <utility>
 
+#include "core/clock.h"
 #include "core/parallel.h"
 #include "film/pathRow.h"
 
@@ -73,7 +74,7 @@ Result<std::unique_ptr<FilmDenoiser>> FilmDenoiser::make(std::shared_ptr<const F
     d.options_.memory = d.denoise_->settings.memory;
     d.options_.shown = shownFeatures(d.denoise_->settings.features);
     d.aovs_ = {"color"};
-    if (d.denoise_->model->contract().kind != DenoiseContract::Kind::kLayered) {
+    if (d.denoise_->keepsPaths()) {
         return denoiser;
     }
     for (const std::string& aov : aovs) {
@@ -101,7 +102,7 @@ void FilmDenoiser::add(const PixelSample* batch, const PathRecord* records, int 
     if (!sums_) {
         return;
     }
-    const auto begin = std::chrono::steady_clock::now();
+    const Clock::time_point begin = Clock::now();
     static const std::size_t fields = pathRowFieldsWithParts().size();
     // Memory of the thread, kept from batch to batch.
     thread_local std::vector<float> rows;
@@ -139,7 +140,7 @@ void FilmDenoiser::add(const PixelSample* batch, const PathRecord* records, int 
             return;
         }
     }
-    const auto taken = std::chrono::steady_clock::now() - begin;
+    const auto taken = Clock::now() - begin;
     sumNanoseconds_.fetch_add(
         static_cast<std::uint64_t>(
             std::chrono::duration_cast<std::chrono::nanoseconds>(taken).count()),

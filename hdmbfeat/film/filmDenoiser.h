@@ -23,6 +23,9 @@ struct FilmDenoise {
     DenoiseSettings settings;
     int threads = 0;
     float worldToCamera[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+
+    /// Whether the model needs the film's kept paths; layered ones sum them up.
+    bool keepsPaths() const { return model->contract().kind != DenoiseContract::Kind::kLayered; }
 };
 
 /// Opens the settings' model for a film seen by that camera; an error says why the image stays raw.
@@ -36,20 +39,25 @@ Result<std::shared_ptr<const FilmDenoise>> prepareDenoise(const DenoiseSettings&
 struct DenoiseTimes {
     double recording = 0.0; ///< sums of paths, while the film rendered
     double inference = 0.0, splat = 0.0;
+
+    void add(const DenoiseTimes& other) {
+        recording += other.recording;
+        inference += other.inference;
+        splat += other.splat;
+    }
 };
 
 /// Threads: add() may run for different pixels at once; reconstruct() after the last of them.
 class FilmDenoiser {
 public:
     /// `aovs` are the film's: those that add up to `color` are reconstructed with it. Kept paths
-    /// are needed by models that are not layered, see keepsPaths().
+    /// are needed where the FilmDenoise says so.
     static Result<std::unique_ptr<FilmDenoiser>> make(std::shared_ptr<const FilmDenoise> denoise,
                                                       const ImageWindow& window,
                                                       const std::vector<std::string>& aovs);
 
     /// RecordFlags that it needs.
     std::uint32_t recordFlags() const { return flags_; }
-    bool keepsPaths() const { return sums_ == nullptr; }
     /// AOVs that it reconstructs, `color` first; of each three planes, see reconstruct().
     const std::vector<std::string>& aovs() const { return aovs_; }
     std::size_t bytes() const { return sums_ ? sums_->bytes() : 0; }
@@ -58,7 +66,7 @@ public:
     void add(const PixelSample* batch, const PathRecord* records, int count);
     /// Forgets all paths, and what went wrong with them.
     void clear();
-    /// Planes [aov][3][height][width]. `kept` are the film's paths where it keepsPaths(): its
+    /// Planes [aov][3][height][width]. `kept` are the film's paths where they are needed: its
     /// fields and rotation are filled in here.
     Result<DenoiseResult> reconstruct(PathSamples kept, const std::atomic<bool>* stop);
 

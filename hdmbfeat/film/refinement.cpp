@@ -19,10 +19,6 @@ int checkAfter(int samples, int most) {
     return std::min(steps * kStep, most);
 }
 
-double pixelCount(const PixelRect& rect) {
-    return static_cast<double>(rect.width) * rect.height;
-}
-
 } // namespace
 
 Refinement::Refinement(const PixelRect& data, const RefinementTarget& target)

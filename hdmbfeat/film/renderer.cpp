@@ -12,6 +12,7 @@
 #include <thread>
 #include <utility>
 
+#include "core/clock.h"
 #include "core/parallel.h"
 #include "core/sampler.h"
 #include "film/filmDenoiser.h"
@@ -25,12 +26,6 @@
 namespace mbfeat {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double secondsSince(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// CPU seconds of this process, all threads together.
 double cpuSeconds() {
@@ -48,8 +43,7 @@ int passSamples(const RenderJob& job, int done, int total) {
 }
 
 double pixelsOf(const RenderView& view) {
-    const PixelRect& data = view.film->window().data;
-    return static_cast<double>(data.width) * data.height;
+    return pixelCount(view.film->window().data);
 }
 
 /// What a render thread works with.
@@ -197,7 +191,7 @@ struct Renderer::Impl {
         progressReporter = nullptr;
         reporter.update(progress());
         reporter.finish();
-        phase("sampling", activeSeconds() - samplingBegin);
+        reportSamplingSeconds(activeSeconds() - samplingBegin);
         {
             const std::lock_guard lock(reportMutex);
             report.samplingCpuSeconds = cpuSeconds() - cpuBegin;
@@ -236,37 +230,48 @@ struct Renderer::Impl {
         converged = true;
     }
 
+    bool denoises() const {
+        return std::any_of(job.views.begin(), job.views.end(),
+                           [](const RenderView& view) { return view.film->denoiser() != nullptr; });
+    }
+
+    DenoiseTimes denoiseTimes() const {
+        DenoiseTimes times;
+        for (const RenderView& view : job.views) {
+            if (view.film->denoiser() != nullptr) {
+                times.add(view.film->denoiser()->times());
+            }
+        }
+        return times;
+    }
+
+    /// What the denoiser recorded meanwhile is a phase of its own.
+    void reportSamplingSeconds(double seconds) {
+        const double recording = denoiseTimes().recording;
+        phase("sampling", seconds - recording);
+        if (denoises()) {
+            phase("feature recording", recording);
+        }
+    }
+
     /// Where a film cannot be reconstructed it keeps its raw image.
     void reconstruct() {
+        if (!denoises()) {
+            return;
+        }
         const Clock::time_point start = Clock::now();
-        DenoiseTimes times;
-        bool any = false;
         for (const RenderView& view : job.views) {
-            if (view.film->denoiser() == nullptr) {
-                continue;
-            }
-            any = true;
             if (const Status problem = view.film->reconstruct(&stopping)) {
                 const std::string text = problem->text + " The image stays as it was rendered.";
                 job.messages->error(problem->subject, text);
                 const std::lock_guard lock(reportMutex);
                 report.errors.push_back(problem->subject + ": " + text);
             }
-            const DenoiseTimes its = view.film->denoiser()->times();
-            times.recording += its.recording;
-            times.inference += its.inference;
-            times.splat += its.splat;
         }
-        if (any) {
-            // It happened while sampling, by the same threads.
-            const std::lock_guard lock(reportMutex);
-            report.seconds.back().second -= times.recording;
-            report.seconds.emplace_back("feature recording", times.recording);
-            report.seconds.emplace_back("inference", times.inference);
-            report.seconds.emplace_back("splat", times.splat);
-            const double rest = secondsSince(start) - times.inference - times.splat;
-            report.seconds.emplace_back("tiles", std::max(rest, 0.0));
-        }
+        const DenoiseTimes times = denoiseTimes();
+        phase("inference", times.inference);
+        phase("splat", times.splat);
+        phase("tiles", std::max(secondsSince(start) - times.inference - times.splat, 0.0));
     }
 
     void renderView(std::size_t index) {

@@ -9,10 +9,6 @@ namespace {
 
 constexpr double kGroupsPerThread = 8.0;
 
-double pixelCount(const PixelRect& rect) {
-    return static_cast<double>(rect.width) * rect.height;
-}
-
 /// Pixels that one thread is to take at a time.
 double wantedPixels(double pixels, int samples, int capacity, int threads) {
     return std::min(static_cast<double>(capacity) / samples, pixels / (kGroupsPerThread * threads));

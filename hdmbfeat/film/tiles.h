@@ -10,6 +10,11 @@ namespace mbfeat {
 /// What one thread renders at a time: its samples share batches.
 using TileGroup = std::vector<PixelRect>;
 
+/// In double, which holds the count of any rectangle.
+inline double pixelCount(const PixelRect& rect) {
+    return static_cast<double>(rect.width) * rect.height;
+}
+
 /// Square tiles, cut off at the right and at the bottom; from left to right, then down.
 std::vector<PixelRect> makeTiles(const PixelRect& rect, int side);
 

@@ -11,6 +11,7 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include "arrays.h"
 #include "bindings.h"
 #include "core/parallel.h"
 #include "denoise/splat.h"
@@ -31,18 +32,6 @@ using MatrixArray = nb::ndarray<const float, nb::shape<3, 3>, nb::c_contig, nb::
 struct ModelHandle {
     std::shared_ptr<const DenoiseModel> model;
 };
-
-/// An array [planes / 3][3][height][width] that owns the image.
-nb::object imageArray(std::vector<float> image, std::size_t height, std::size_t width) {
-    auto kept = std::make_unique<std::vector<float>>(std::move(image));
-    float* const data = kept->data();
-    const std::size_t lights = kept->size() / std::max<std::size_t>(3 * height * width, 1);
-    nb::capsule owner(kept.get(), [](void* p) noexcept {
-        const std::unique_ptr<std::vector<float>> freed(static_cast<std::vector<float>*>(p));
-    });
-    kept.release(); // NOLINT(bugprone-unused-return-value): the capsule owns it now
-    return nb::cast(nb::ndarray<nb::numpy, float>(data, {lights, 3, height, width}, owner));
-}
 
 nb::object denoisePaths(const ModelHandle& handle, const PathArray& paths,
                         const std::vector<std::string>& fields, const MatrixArray& worldToCamera,
@@ -88,8 +77,9 @@ nb::object denoisePaths(const ModelHandle& handle, const PathArray& paths,
     about["gather_seconds"] = found.gatherSeconds;
     about["inference_seconds"] = found.inferenceSeconds;
     about["splat_seconds"] = found.splatSeconds;
-    return nb::make_tuple(imageArray(std::move(found.image), paths.shape(0), paths.shape(1)),
-                          about);
+    return nb::make_tuple(
+        ownedArray(std::move(found.image), {lights.size(), 3, paths.shape(0), paths.shape(1)}),
+        about);
 }
 
 nb::object denoiseFile(const std::string& path, const std::string& model, DenoiseFeatures features,
@@ -142,21 +132,14 @@ nb::object splatArrays(const Array& hidden, const Array& light, const Array& wei
     input.bias = bias.data();
     input.presence = presence ? presence->data() : nullptr;
     input.apart = apart;
-    // Three values a pixel are an image; others are given as a stack of planes.
     std::vector<float> image(light.shape(1) * plane);
     {
         const nb::gil_scoped_release release;
         ThreadPool pool(threads);
         splat(input, {0, 0, input.width, input.height}, image.data(), pool, nullptr, lanes);
     }
-    auto kept = std::make_unique<std::vector<float>>(std::move(image));
-    float* const data = kept->data();
-    nb::capsule owner(kept.get(), [](void* p) noexcept {
-        const std::unique_ptr<std::vector<float>> freed(static_cast<std::vector<float>*>(p));
-    });
-    kept.release(); // NOLINT(bugprone-unused-return-value): the capsule owns it now
-    return nb::cast(nb::ndarray<nb::numpy, float>(
-        data, {light.shape(1), hidden.shape(2), hidden.shape(3)}, owner));
+    return nb::cast(
+        ownedArray(std::move(image), {light.shape(1), hidden.shape(2), hidden.shape(3)}));
 }
 
 } // namespace

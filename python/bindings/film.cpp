@@ -5,6 +5,7 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include "arrays.h"
 #include "bindings.h"
 
 namespace mbfeat {
@@ -18,17 +19,6 @@ namespace {
 constexpr std::size_t kPathSampleLimit = std::size_t{4} << 30U;
 
 using PathArray = nb::ndarray<nb::numpy, const float, nb::ndim<4>>;
-
-/// An array of that shape around memory that it owns.
-template <class T>
-nb::ndarray<nb::numpy, T> ownedArray(std::unique_ptr<T[]> values,
-                                     std::initializer_list<std::size_t> shape) {
-    T* const data = values.get();
-    nb::capsule owner(
-        data, [](void* p) noexcept { const std::unique_ptr<T[]> freed(static_cast<T*>(p)); });
-    values.release(); // NOLINT(bugprone-unused-return-value): the capsule owns it now
-    return nb::ndarray<nb::numpy, T>(data, shape, owner);
-}
 
 int boundIndex(const Film& film, const std::string& name) {
     const int index = film.findBound(name);
@@ -50,17 +40,17 @@ nb::object resolve(const FilmHandle& handle, const std::string& name) {
     const auto width = static_cast<std::size_t>(film.window().data.width);
     const auto channels = static_cast<std::size_t>(aov.width());
     if (aov.type == AovType::kInt) {
-        auto values = std::make_unique<std::int32_t[]>(height * width * channels);
+        std::vector<std::int32_t> values(height * width * channels);
         {
             const nb::gil_scoped_release release;
-            film.resolveInt(index, values.get());
+            film.resolveInt(index, values.data());
         }
         return nb::cast(ownedArray(std::move(values), {height, width, channels}));
     }
-    auto values = std::make_unique<float[]>(height * width * channels);
+    std::vector<float> values(height * width * channels);
     {
         const nb::gil_scoped_release release;
-        film.resolve(index, values.get());
+        film.resolve(index, values.data());
     }
     return nb::cast(ownedArray(std::move(values), {height, width, channels}));
 }
@@ -89,7 +79,7 @@ nb::object sampleCounts(const FilmHandle& handle) {
     const PixelRect& data = handle.film->window().data;
     const auto width = static_cast<std::size_t>(data.width);
     const auto height = static_cast<std::size_t>(data.height);
-    auto counts = std::make_unique<std::int32_t[]>(width * height);
+    std::vector<std::int32_t> counts(width * height);
     for (int y = 0; y < data.height; ++y) {
         for (int x = 0; x < data.width; ++x) {
             counts[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)] =

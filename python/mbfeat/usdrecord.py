@@ -8,6 +8,7 @@ and stops on Ctrl-C within a second without leaving half a file.
 
 from __future__ import annotations
 
+import argparse
 import os
 import sys
 from typing import Any, NoReturn
@@ -214,6 +215,15 @@ def open_stage(options: Any) -> Any:
     if not stage:
         raise StageError(f"could not open stage {options.usdFilePath}")
     return stage
+
+
+def open_file(file: str) -> Any:
+    """Opens a stage as it is, with an empty session layer. Raises StageError."""
+    return open_stage(
+        argparse.Namespace(
+            usdFilePath=file, sessionLayerPath=None, resolver="root", populationMask=None
+        )
+    )
 
 
 def find_settings(stage: Any, pass_path: str | None, settings_path: str | None) -> str:

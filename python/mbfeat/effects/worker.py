@@ -15,6 +15,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from mbfeat.effects.rendering import ANSWER
 from mbfeat.runtime import RuntimeMissingError, use_runtime
 
 PRODUCT = "/MBFeatEffects/Product"
@@ -86,27 +87,15 @@ def _asked_for(stage: Any, settings: Any) -> tuple[list[str], bool]:
     return aovs, deep
 
 
-def _open(file: str) -> Any:
-    from pxr import Sdf, Tf, Usd
-
-    try:
-        stage = Usd.Stage.Open(file) if Sdf.Layer.FindOrOpen(file) else None
-    except Tf.ErrorException as error:
-        raise StageProblemError(f"could not open stage {file}: {error}") from error
-    if not stage:
-        raise StageProblemError(f"could not open stage {file}: there is no such file, or no USD")
-    stage.SetEditTarget(stage.GetSessionLayer())
-    return stage
-
-
 def _serve(options: argparse.Namespace, folder: Path) -> None:
     from pxr import Usd, UsdAppUtils, UsdRender
 
     from mbfeat import _core
     from mbfeat.diagnostics import OpenUsdMessages
-    from mbfeat.usdrecord import find_camera, find_settings
+    from mbfeat.usdrecord import find_camera, find_settings, open_file
 
-    stage = _open(options.stage)
+    stage = open_file(options.stage)
+    stage.SetEditTarget(stage.GetSessionLayer())
     path = find_settings(stage, None, options.settings or None)
     settings = UsdRender.Settings(stage.GetPrimAtPath(path)) if path else None
     camera = find_camera(stage, options.camera, path)
@@ -153,7 +142,7 @@ def _digest(frame: Any) -> str:
 
 
 def _answer(content: Any) -> None:
-    print(f"\x1e{json.dumps(content)}", flush=True)
+    print(f"{ANSWER}{json.dumps(content)}", flush=True)
 
 
 def main() -> int:

@@ -8,7 +8,6 @@ one that has loaded a stage does not end in order (see mbfeat.usdrecord.command)
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import subprocess
@@ -55,13 +54,10 @@ def look(file: str, wanted: str) -> StageFacts:
     """What inspect() returns, in this process. Raises InspectionError."""
     from pxr import UsdGeom, UsdRender
 
-    from mbfeat.usdrecord import StageError, find_camera, find_settings, open_stage
+    from mbfeat.usdrecord import StageError, find_camera, find_settings, open_file
 
-    options = argparse.Namespace(
-        usdFilePath=file, sessionLayerPath=None, resolver="root", populationMask=None
-    )
     try:
-        stage = open_stage(options)
+        stage = open_file(file)
     except StageError as error:
         raise InspectionError(str(error)) from error
     path = find_settings(stage, None, None)

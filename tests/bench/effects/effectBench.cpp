@@ -34,17 +34,6 @@ void addRoom(TestScene& test, const Material& material) {
     test.add("/Right", sphereMesh(0.8F, 32, false), material, translation(1, 0, -2));
 }
 
-void addLamp(TestScene& test) {
-    Light light;
-    light.path = "/Lamp";
-    light.type = LightType::kRect;
-    light.radiance = Rgb(6.0F);
-    light.toWorld.y = {0.0, 0.0, 1.0};
-    light.toWorld.z = {0.0, 1.0, 0.0};
-    light.toWorld.t = {0.0, 2.9, -2.0};
-    test.scene.setLight(light);
-}
-
 /// Scenes that get each of the prebuilt kernels, with one lamp or with a sky besides.
 void fill(TestScene& test, const std::string& name) {
     Material material = constantMaterial("/M/A", {0.8F, 0.7F, 0.6F});
@@ -59,7 +48,7 @@ void fill(TestScene& test, const std::string& name) {
         test.addSky(Rgb(0.2F, 0.3F, 0.5F));
     }
     addRoom(test, material);
-    addLamp(test);
+    test.addLamp(2.9);
 }
 
 Factory load(const char* file) {

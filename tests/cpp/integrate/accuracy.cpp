@@ -38,17 +38,6 @@ RenderView viewOf(int width, int height) {
     return view;
 }
 
-RenderReport rendered(Scene& scene, const RenderView& view, const RenderOptions& options) {
-    RenderJob job;
-    job.views.push_back(view);
-    job.options = options;
-    Renderer renderer(scene);
-    renderer.start(std::move(job));
-    renderer.wait();
-    REQUIRE(renderer.isConverged());
-    return renderer.report();
-}
-
 std::vector<std::uint32_t> countsOf(const Film& film) {
     std::vector<std::uint32_t> counts;
     for (int y = 0; y < film.window().data.height; ++y) {
@@ -67,7 +56,7 @@ TEST_CASE("a render stops when its estimated error is under the target") {
     options.targetError = 0.03;
     for (const bool adaptive : {false, true}) {
         options.adaptive = adaptive;
-        const RenderReport report = rendered(stage.scene, viewOf(48, 40), options);
+        const RenderReport report = renderView(stage.scene, viewOf(48, 40), options);
         CHECK(report.sampling.stop == StopReason::kTargetError);
         REQUIRE(report.sampling.error);
         CHECK(report.sampling.error->whole <= 0.03);
@@ -82,7 +71,7 @@ TEST_CASE("a target that is not reached is told with what to do") {
     Stage stage;
     RenderOptions options = exactOptions(16);
     options.targetError = 1e-6;
-    const RenderReport report = rendered(stage.scene, viewOf(16, 16), options);
+    const RenderReport report = renderView(stage.scene, viewOf(16, 16), options);
     CHECK(report.sampling.stop == StopReason::kSamples);
     CHECK(report.sampling.fewest == 16);
     const std::vector<Message> messages = stage.diagnostics.messages();
@@ -97,7 +86,7 @@ TEST_CASE("where samples go does not depend on threads, tiles or kernel") {
     RenderOptions options = exactOptions(256);
     options.targetError = 0.02;
     const RenderView first = viewOf(50, 37);
-    rendered(stage.scene, first, options);
+    renderView(stage.scene, first, options);
     const std::vector<std::uint32_t> counts = countsOf(*first.film);
     CHECK(*std::min_element(counts.begin(), counts.end()) <
           *std::max_element(counts.begin(), counts.end()));
@@ -110,7 +99,7 @@ TEST_CASE("where samples go does not depend on threads, tiles or kernel") {
         options.tileSize = setup.tile;
         options.kernel = setup.kernel;
         const RenderView other = viewOf(50, 37);
-        rendered(stage.scene, other, options);
+        renderView(stage.scene, other, options);
         CHECK(countsOf(*other.film) == counts);
         CHECK(aov(*other.film, "color") == aov(*first.film, "color"));
     }
@@ -122,7 +111,7 @@ TEST_CASE("a time limit ends a render with samples in every pixel") {
     options.timeLimit = 0.3;
     const RenderView view = viewOf(64, 64);
     const Clock::time_point begin = Clock::now();
-    const RenderReport report = rendered(stage.scene, view, options);
+    const RenderReport report = renderView(stage.scene, view, options);
     const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
     CHECK(seconds >= 0.3);
     CHECK(seconds < 3.0); // the aim is some tens of milliseconds more; a machine may be busy
@@ -137,7 +126,7 @@ TEST_CASE("a time limit that is over before the first sample still gives an imag
     Stage stage;
     RenderOptions options = exactOptions(64);
     options.timeLimit = 1e-9;
-    const RenderReport report = rendered(stage.scene, viewOf(40, 40), options);
+    const RenderReport report = renderView(stage.scene, viewOf(40, 40), options);
     CHECK(report.sampling.stop == StopReason::kTimeLimit);
     CHECK(report.sampling.fewest == 1);
     CHECK(report.sampling.most == 1);
@@ -180,7 +169,7 @@ TEST_CASE("what is expected after a tenth of the samples comes within a quarter"
     for (const bool adaptive : {false, true}) {
         options.adaptive = adaptive;
         options.targetError = adaptive ? 0.008 : 0.006;
-        const RenderReport report = rendered(stage.scene, viewOf(64, 48), options);
+        const RenderReport report = renderView(stage.scene, viewOf(64, 48), options);
         CHECK(report.sampling.stop == StopReason::kTargetError);
         const std::vector<Forecast>& forecasts = report.sampling.forecasts;
         const auto all = static_cast<double>(report.trace.paths);

@@ -215,22 +215,12 @@ TEST_CASE("a kernel without what the scene does not call for gives every path th
         test.add("/Ball", sphereMesh(0.7F, 24, false), material, translation(0.2, 0, -2));
         test.addSky(Rgb(0.2F, 0.3F, 0.5F));
     };
-    const auto lamp = [](TestScene& test) {
-        Light light;
-        light.path = "/Lamp";
-        light.type = LightType::kRect;
-        light.radiance = Rgb(6.0F);
-        light.toWorld.y = {0.0, 0.0, 1.0};
-        light.toWorld.z = {0.0, 1.0, 0.0};
-        light.toWorld.t = {0.0, 2.0, -2.0};
-        test.scene.setLight(light);
-    };
     const Case cases[] = {
         {"diffuse",
          [&](TestScene& test) {
              wall(test, constantMaterial("/M/A", {0.8F, 0.3F, 0.2F}));
              test.scene.removeLight("/Sky");
-             lamp(test);
+             test.addLamp(2.0);
          }},
         {"diffuse",
          [&](TestScene& test) {
@@ -238,7 +228,7 @@ TEST_CASE("a kernel without what the scene does not call for gives every path th
              material.clearcoat = MaterialInput(1.0F);
              material.emissiveColor = MaterialInput(Rgb(0.5F));
              wall(test, material);
-             lamp(test);
+             test.addLamp(2.0);
          }},
         {"opaque",
          [&](TestScene& test) {

@@ -93,6 +93,17 @@ void TestScene::addSky(const Rgb& radiance) {
     scene.setLight(sky);
 }
 
+void TestScene::addLamp(double height) {
+    Light light;
+    light.path = "/Lamp";
+    light.type = LightType::kRect;
+    light.radiance = Rgb(6.0F);
+    light.toWorld.y = {0.0, 0.0, 1.0};
+    light.toWorld.z = {0.0, 1.0, 0.0};
+    light.toWorld.t = {0.0, height, -2.0};
+    scene.setLight(light);
+}
+
 AffineD translation(double x, double y, double z) {
     AffineD transform;
     transform.t = {x, y, z};
@@ -109,6 +120,17 @@ Camera testCamera(const Double3& position, float tangent) {
     return camera;
 }
 
+RenderReport renderView(Scene& scene, const RenderView& view, const RenderOptions& options) {
+    RenderJob job;
+    job.views.push_back(view);
+    job.options = options;
+    Renderer renderer(scene);
+    renderer.start(std::move(job));
+    renderer.wait();
+    REQUIRE(renderer.isConverged());
+    return renderer.report();
+}
+
 std::shared_ptr<Film> render(Scene& scene, const Camera& camera, int width, int height,
                              const std::vector<std::string>& aovs, const RenderOptions& options) {
     FilmRequest request;
@@ -118,16 +140,10 @@ std::shared_ptr<Film> render(Scene& scene, const Camera& camera, int width, int 
     request.aovs = aovs;
     request.samplesPerPixel = options.samplesPerPixel;
     auto film = std::make_shared<Film>(request);
-    RenderJob job;
     RenderView view;
     view.camera = camera;
     view.film = film;
-    job.views.push_back(view);
-    job.options = options;
-    Renderer renderer(scene);
-    renderer.start(std::move(job));
-    renderer.wait();
-    REQUIRE(renderer.isConverged());
+    renderView(scene, view, options);
     return film;
 }
 

@@ -31,12 +31,17 @@ struct TestScene {
     void addInstances(const std::string& path, std::shared_ptr<const Mesh> mesh,
                       const Material& material, std::vector<AffineD> transforms);
     void addSky(const Rgb& radiance);
+    /// A white rect light that shines down from (0, `height`, -2), at /Lamp.
+    void addLamp(double height);
 };
 
 AffineD translation(double x, double y, double z);
 
 /// At `position`, looking along -z; the image plane at distance 1 is 2 * tangent wide.
 Camera testCamera(const Double3& position, float tangent);
+
+/// Renders the view and waits.
+RenderReport renderView(Scene& scene, const RenderView& view, const RenderOptions& options);
 
 /// Renders with the given AOVs and waits.
 std::shared_ptr<Film> render(Scene& scene, const Camera& camera, int width, int height,
