@@ -65,6 +65,6 @@ def load_model(path: Path) -> Trained:
         model.load_state_dict(content["average"] or content["model"])
     except (KeyError, ConfigError, RuntimeError) as error:
         raise CheckpointError(f"{path} does not fit this program: {error}") from error
-    names = ("seed", "step", "total_steps", "seconds", "data", "processes", "torch")
+    names = ("seed", "step", "total_steps", "seconds", "data", "origin", "processes", "torch")
     history = {name: content.get(name) for name in names}
     return Trained(model.eval(), config, history)

@@ -1,11 +1,14 @@
 """Compares reconstructions on held-out scenes and on the three stages, at 4 and 8 samples a pixel.
 
-    python -m training.evaluate --model gbuffer=A.pt --model paths=B.pt --model best=C.pt \\
-        [--json FILE] [--sheet FILE.png] [--equal-time]
+    python -m training.evaluate [--model NAME=FILE ...] [--json FILE] [--sheet FILE.png]
+        [--equal-time]
 
 Prints the metrics of each class, then the ratios paths/gbuffer and best/oidn over all images at the
-larger number of samples. Windows are rendered from their seeds first, where they are missing. Open
-Image Denoise takes part where the package pyoidn is installed.
+larger number of samples. Without --model the networks that come with MBFeat are compared: gbuffer,
+paths, best and fast. Files are exported networks (.onnx), run as the renderer runs them, or
+checkpoints (.pt), which need torch. Windows are rendered from their seeds first, where they are
+missing; their references come along. Open Image Denoise takes part where the package pyoidn is
+installed.
 """
 
 from __future__ import annotations
@@ -19,22 +22,17 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from training.needs_torch import require
-
-require("training.evaluate")
-
-import torch  # noqa: E402
-
-from mbfeat import metrics  # noqa: E402
-from mbfeat.devtools.layout import this_layout, write_whole  # noqa: E402
-from training.checkpoints import CheckpointError  # noqa: E402
-from training.dataset.plan import PlanError  # noqa: E402
-from training.dataset.reader import Dataset, Item  # noqa: E402
-from training.dataset.shards import ShardError  # noqa: E402
-from training.evaluation import methods, report, statistics  # noqa: E402
-from training.evaluation.data import PLANS, DataError, dataset, with_samples  # noqa: E402
-from training.evaluation.methods import BEST, OIDN_BEST, RAW, Method  # noqa: E402
-from training.evaluation.statistics import Row  # noqa: E402
+from mbfeat import metrics
+from mbfeat.devtools.layout import this_layout
+from mbfeat.files import write_whole
+from training.dataset.plan import PlanError
+from training.dataset.reader import Dataset, Item
+from training.dataset.references import ReferencesError
+from training.dataset.shards import ShardError
+from training.evaluation import methods, networks, report, statistics
+from training.evaluation.data import PLANS, DataError, dataset, with_samples
+from training.evaluation.methods import BEST, OIDN_BEST, Method
+from training.evaluation.statistics import Row
 
 PAIRS = (("paths", "gbuffer"), (BEST, OIDN_BEST))
 HARD = ("reflection", "refraction")
@@ -42,11 +40,15 @@ HARD = ("reflection", "refraction")
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command; returns its exit code."""
-    parser = argparse.ArgumentParser(prog="python -m training.evaluate", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m training.evaluate",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument("--model", action="append", default=[], metavar="NAME=FILE")
     parser.add_argument("--data", type=Path, help="folder of the data sets test and stages")
     parser.add_argument("--samples", type=int, nargs="+", default=[4, 8])
-    parser.add_argument("--threads", type=int, default=0)
+    parser.add_argument("--threads", type=int, default=0, help="of everything (default: all cores)")
     parser.add_argument("--json", type=Path)
     parser.add_argument("--sheet", type=Path, help="a PNG of crops side by side")
     parser.add_argument(
@@ -55,12 +57,17 @@ def main(arguments: list[str] | None = None) -> int:
         help="also give the faster of best and oidn the difference as extra samples",
     )
     options = parser.parse_args(arguments)
-    if options.threads:
-        torch.set_num_threads(options.threads)
     try:
         comparison = Comparison(options)
         comparison.run()
-    except (CheckpointError, DataError, PlanError, ShardError, ValueError) as error:
+    except (
+        networks.NetworkError,
+        DataError,
+        PlanError,
+        ReferencesError,
+        ShardError,
+        ValueError,
+    ) as error:
         sys.stderr.write(f"training.evaluate: {error}\n")
         return 1
     ratios = comparison.ratios()
@@ -79,12 +86,10 @@ class Comparison:
     def __init__(self, options: argparse.Namespace) -> None:
         self._options = options
         self._folder = options.data or this_layout().made / "training-data"
-        self.methods = [Method(RAW, methods.raw_image)]
-        for text in options.model:
-            name, separator, file = text.partition("=")
-            if not separator:
-                raise ValueError(f"--model {text}: write NAME=FILE")
-            self.methods.append(methods.network(name, Path(file)))
+        self.methods = [methods.raw()]
+        self._networks = _networks(options.model)
+        for name, file in self._networks.items():
+            self.methods.append(networks.network(name, file, options.threads))
         self.methods += methods.oidn_methods(options.threads)
         self.rows: list[Row] = []
         self.equal: list[Row] = []
@@ -130,7 +135,7 @@ class Comparison:
         if len(mine) < 2:
             return
         about = windows.about(index)
-        each = about["seconds"] / (about["spp"] + about["reference_spp"])
+        each = about["sample_seconds"]
         fast, slow = sorted(mine.values(), key=lambda row: row.seconds)
         extra = int((slow.seconds - fast.seconds) / max(each, 1e-9))
         self.equal.append(slow)
@@ -169,14 +174,29 @@ class Comparison:
                 "mean": sum(floors) / len(floors),
                 "median": floors[len(floors) // 2],
             },
-            "threads": torch.get_num_threads(),
+            "threads": self._options.threads or os.cpu_count(),
+            "networks": {name: str(file) for name, file in self._networks.items()},
             "load_average": os.getloadavg()[0],
         }
 
 
+def _networks(given: Sequence[str]) -> dict[str, Path]:
+    """Names and files of --model, or the networks that come with MBFeat."""
+    if not given:
+        return networks.shipped()
+    found = {}
+    for text in given:
+        name, separator, file = text.partition("=")
+        if not separator:
+            raise ValueError(f"--model {text}: write NAME=FILE")
+        found[name] = Path(file)
+    return found
+
+
 def _run(method: Method, item: Item, number: int, samples: int) -> tuple[Row, Any]:
+    prepared = method.prepared(item, samples)
     started = time.perf_counter()
-    image = method.image(item, samples)
+    image = method.image(prepared)
     seconds = time.perf_counter() - started
     about = item.about
     found = metrics.all_metrics(image, item.reference)

@@ -18,6 +18,7 @@ from pathlib import Path
 
 from training.dataset.items import items_of
 from training.dataset.plan import FILE, SPLITS, Plan, PlanError
+from training.dataset.references import References, ReferencesError
 from training.dataset.rendering import RenderError
 from training.dataset.shards import ShardError, ShardFiles, ShardWriter
 
@@ -36,6 +37,9 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--scenes-per-shard", type=int)
     parser.add_argument("--shards", help="FIRST-LAST or a single number (default: all)")
     parser.add_argument("--threads", type=int, default=0, help="of the renderer (default: all)")
+    parser.add_argument(
+        "--references", type=Path, help="a file of references that are not rendered again"
+    )
     parser.add_argument("--plan-only", action="store_true", help="write the plan, render nothing")
     options = parser.parse_args(arguments)
     try:
@@ -46,8 +50,9 @@ def main(arguments: list[str] | None = None) -> int:
             print(f"{options.folder}: {plan.scenes} scenes in {plan.shards} shards")
             return 0
         quiet_openusd()
-        Generation(options.folder, plan, options.threads).run(numbers)
-    except (PlanError, ShardError, RenderError) as error:
+        references = _references(options.references, plan)
+        Generation(options.folder, plan, options.threads, references).run(numbers)
+    except (PlanError, ReferencesError, ShardError, RenderError) as error:
         sys.stderr.write(f"training.generate: {error}\n")
         return 1
     except KeyboardInterrupt:
@@ -70,6 +75,18 @@ def _plan(options: argparse.Namespace) -> Plan:
     return Plan(**given)
 
 
+def _references(file: Path | None, plan: Plan) -> References | None:
+    if file is None:
+        return None
+    references = References.read(file)
+    if not references.fits(plan):
+        raise PlanError(
+            f"{file} has the references of another data set ({references.plan}); do without it, "
+            "or give that plan's arguments"
+        )
+    return references
+
+
 def _numbers(text: str | None, shards: int) -> range:
     """The shards that were asked for."""
     if text is None:
@@ -87,8 +104,11 @@ def _numbers(text: str | None, shards: int) -> range:
 class Generation:
     """Makes shards and tells how far it is."""
 
-    def __init__(self, folder: Path, plan: Plan, threads: int) -> None:
+    def __init__(
+        self, folder: Path, plan: Plan, threads: int, references: References | None = None
+    ) -> None:
         self._folder, self._plan, self._threads = folder, plan, threads
+        self._references = references
         self._made, self._total, self._started = 0, 0, time.monotonic()
 
     def run(self, numbers: range) -> None:
@@ -119,7 +139,13 @@ class Generation:
             have = sum(1 for entry in writer.entries if entry["about"]["scene"] == scene)
             if have == self._plan.windows:
                 continue
-            items = items_of(self._plan, scene, threads=self._threads, first=have)
+            items = items_of(
+                self._plan,
+                scene,
+                threads=self._threads,
+                first=have,
+                references=self._references,
+            )
             for about, arrays in items:
                 writer.append(about, arrays)
                 self._tell(number, about)

@@ -20,6 +20,7 @@ require("training.train")
 
 import torch  # noqa: E402
 
+from training import initial  # noqa: E402
 from training.checkpoints import CheckpointError  # noqa: E402
 from training.config import Config  # noqa: E402
 from training.dataset.plan import PlanError  # noqa: E402
@@ -41,6 +42,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--config", default="reduced", help="a TOML file, or full, reduced, best, fast")
     p.add_argument("--features", choices=FEATURE_SETS, help="instead of the configuration's")
     p.add_argument("--set", action="append", default=[], metavar="SECTION.NAME=VALUE")
+    p.add_argument("--init", type=Path, help="begin with these weights: an .onnx or .pt file")
     p.add_argument("--seed", type=int, default=1)
     length = p.add_mutually_exclusive_group(required=True)
     length.add_argument("--minutes", type=float)
@@ -86,6 +88,7 @@ def _train(options: argparse.Namespace, processes: Processes) -> None:
         seed=options.seed,
         processes=processes,
         validation=Dataset(options.validation) if options.validation else None,
+        initial=initial.read(options.init) if options.init else None,
     )
     if processes.is_first:
         print(

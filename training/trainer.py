@@ -19,6 +19,7 @@ from training.batches import Batches
 from training.config import Config
 from training.dataset.reader import Dataset
 from training.inference import denoise
+from training.initial import Initial
 from training.model.losses import LossConfig, image_loss, manifold
 from training.model.sksn import Sksn
 from training.processes import Processes
@@ -62,6 +63,7 @@ class Trainer:
         seed: int,
         processes: Processes | None = None,
         validation: Dataset | None = None,
+        initial: Initial | None = None,
     ) -> None:
         self.folder, self.config, self.seed = folder, config, seed
         self.processes = processes or Processes()
@@ -78,6 +80,14 @@ class Trainer:
         ]
         torch.manual_seed(seed)
         self.model = Sksn(config.model)
+        self.origin = initial.origin if initial else None
+        if initial:
+            try:
+                self.model.load_state_dict(initial.weights)
+            except RuntimeError as error:
+                raise TrainingError(
+                    f"{initial.origin['file']} is a network of another configuration: {error}"
+                ) from error
         self.average = {n: p.detach().clone() for n, p in self.model.state_dict().items()}
         o = config.optimisation
         self.optimiser = torch.optim.AdamW(
@@ -227,6 +237,7 @@ class Trainer:
             "total_steps": self.total_steps,
             "seconds": self.seconds,
             "data": self.data,
+            "origin": self.origin,
             "processes": self.processes.count,
             "torch": str(torch.__version__),
             "average": self.average,
@@ -251,6 +262,11 @@ class Trainer:
             raise TrainingError(
                 f"{file} was trained on other data ({'; '.join(content['data'])}); name another "
                 "folder, or give the same data to go on with it"
+            )
+        if content.get("origin") != self.origin:
+            raise TrainingError(
+                f"{file} began with other weights ({content.get('origin')}); name another folder, "
+                "or give the same --init to go on with it"
             )
         self.model.load_state_dict(content["model"])
         self.average = content["average"]

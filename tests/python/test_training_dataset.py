@@ -14,9 +14,10 @@ import numpy as np
 import pytest
 
 from training import generate, verify
-from training.dataset import items, layout
+from training.dataset import items, layout, references
 from training.dataset.plan import Plan, PlanError
 from training.dataset.reader import Dataset
+from training.dataset.references import References
 from training.dataset.rendering import StageRenderer, Window
 from training.dataset.shards import ShardError, ShardFiles, ShardWriter, checksum
 
@@ -183,6 +184,40 @@ def test_damage_is_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     files.data.write_bytes(bytes(content[:-5]))
     assert verify.main([str(tmp_path)]) == 1
     assert "bytes instead of" in capsys.readouterr().err
+
+
+def test_kept_references_are_not_rendered_again(made: Path, tmp_path: Path) -> None:
+    """The same windows, samples and references; some are kept, the others rendered."""
+    kept = tmp_path / "references.npz"
+    assert references.main([str(made), str(kept)]) == 0
+    whole = References.read(kept)
+    assert len(whole) == 8 and whole.plan == PLAN
+    References(PLAN, [k for k in whole.items if k.about["window"] == 1]).write(kept)
+    folder = tmp_path / "set"
+    assert generate.main([str(folder), *ARGUMENTS, "--references", str(kept)]) == 0
+    for old, new in zip(Dataset(made), Dataset(folder), strict=True):
+        np.testing.assert_array_equal(old.half, new.half)
+        np.testing.assert_array_equal(old.bytes, new.bytes)
+        assert [old.about[n] for n in references.KEPT] == [new.about[n] for n in references.KEPT]
+        error = np.abs(old.reference - new.reference)
+        if new.about["window"] == 0:
+            assert error.max() == 0
+        else:
+            assert error.max() > 0 and (error <= 2.0**-11 * np.abs(old.reference) + 1e-7).all()
+            assert new.about["seconds"] < old.about["seconds"]
+
+
+def test_references_of_another_set_are_refused(
+    made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    kept = tmp_path / "references.npz"
+    assert references.main([str(made), str(kept)]) == 0
+    other = [a if not a.startswith("--seed") else "--seed=8" for a in ARGUMENTS]
+    assert generate.main([str(tmp_path / "b"), *other, "--references", str(kept)]) == 1
+    assert "references of another data set" in capsys.readouterr().err
+    kept.write_bytes(b"no archive")
+    assert generate.main([str(tmp_path / "c"), *ARGUMENTS, "--references", str(kept)]) == 1
+    assert "references.npz holds no references" in capsys.readouterr().err
 
 
 def test_other_arguments_are_refused_rather_than_mixed(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,12 @@ import pytest
 from PIL import Image
 
 from mbfeat import metrics
+from training import evaluate
 from training.dataset.layout import BYTES, HALF, SPECULAR, channels
+from training.dataset.plan import Plan
 from training.dataset.reader import Item
-from training.evaluation import auxiliary, report
+from training.dataset.references import References
+from training.evaluation import auxiliary, data, networks, report
 from training.evaluation.statistics import Row, ratio
 
 
@@ -94,16 +98,9 @@ def test_sheet_shows_crops_side_by_side(tmp_path: Path) -> None:
     assert left.min() > 200  # the reference's bright parts are near white
 
 
-def test_command_compares_trained_networks(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    torch = pytest.importorskip("torch", reason="torch is only in ./run training's environment")
-    from training import checkpoints, evaluate
-    from training.config import Config
-    from training.dataset.plan import Plan
-    from training.evaluation import data
-    from training.model.sksn import Sksn
-
+@pytest.fixture
+def few_windows(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Small data sets to compare on."""
     small = {"windows": 1, "size": 16, "spp": 4, "reference_spp": 8, "seed": 5}
     plans = {
         "test": Plan(split="test", scenes=2, **small),
@@ -111,6 +108,54 @@ def test_command_compares_trained_networks(
     }
     monkeypatch.setattr(data, "PLANS", plans)
     monkeypatch.setattr(evaluate, "PLANS", plans)
+
+
+def test_command_compares_the_networks_that_come_along(
+    few_windows: None,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Without torch; the images are those that the renderer makes of the same paths."""
+    monkeypatch.setitem(sys.modules, "torch", None)
+    out = tmp_path / "result.json"
+    options = ["--data", str(tmp_path / "data"), "--threads", "1", "--json", str(out)]
+    assert evaluate.main([*options, "--samples", "4"]) == 0
+    content = json.loads(out.read_text())
+    methods = {group["method"] for group in content["groups"]}
+    assert methods >= {"raw", *networks.shipped()} and set(networks.shipped()) >= {"best", "fast"}
+    assert all(image["seconds"] >= 0 for image in content["images"])
+    assert evaluate.main([*options, "--samples", "5"]) == 1
+    assert "the data has 4 samples, not 5" in capsys.readouterr().err
+
+
+def test_networks_that_cannot_be_run_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("missing.onnx", "broken.onnx", "missing.pt"):
+        file = tmp_path / name
+        if name.startswith("broken"):
+            file.write_bytes(b"no network")
+        assert evaluate.main(["--model", f"best={file}", "--data", str(tmp_path)]) == 1
+        assert name in capsys.readouterr().err
+    assert evaluate.main(["--model", "best", "--data", str(tmp_path)]) == 1
+    assert "write NAME=FILE" in capsys.readouterr().err
+
+
+def test_kept_references_are_of_the_windows_that_are_compared() -> None:
+    for name, plan in data.PLANS.items():
+        kept = References.read(data.references_file(name))
+        assert kept.fits(plan) and len(kept) == plan.scenes * plan.windows
+
+
+def test_command_compares_trained_networks(
+    few_windows: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    torch = pytest.importorskip("torch", reason="torch is only in ./run training's environment")
+    from training import checkpoints
+    from training.config import Config
+    from training.model.sksn import Sksn
+
     files = []
     for name in ("gbuffer", "paths"):
         torch.manual_seed(1)

@@ -13,7 +13,7 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="torch is only in ./run training's environment")
 
-from training import checkpoints, train  # noqa: E402
+from training import checkpoints, export, initial, train  # noqa: E402
 from training.config import Config  # noqa: E402
 from training.dataset.layout import BYTES, HALF  # noqa: E402
 from training.dataset.plan import Plan  # noqa: E402
@@ -180,3 +180,38 @@ def test_what_cannot_be_trained_is_named(data: Path, tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"model\.widht is unknown"):
         Config.read("reduced", "model.widht=3")
     assert train.main([str(tmp_path), "--data", str(tmp_path / "none"), "--steps", "1"]) == 1
+
+
+@pytest.mark.parametrize("name", ["reduced", "best"])
+def test_training_goes_on_from_an_exported_network(name: str, data: Path, tmp_path: Path) -> None:
+    """With its averaged weights, rounded to what the file holds; the origin is kept."""
+    pytest.importorskip("onnx", reason="onnx is only in ./run training's environment")
+    settings = ["model.vertex_encoder=8"] if name == "best" else []
+    first = trainer(tmp_path / "first", data, *settings, name=name)
+    first.run(4)
+    file = tmp_path / "first.onnx"
+    assert export.main([str(tmp_path / "first" / MODEL), str(file), "--half"]) == 0
+    start = initial.read(file)
+    config, sets = first.config, [Dataset(data)]
+    second = Trainer(tmp_path / "second", config, sets, seed=3, initial=start)
+    expected = first.averaged().state_dict()
+    for key, value in second.model.state_dict().items():
+        torch.testing.assert_close(value, expected[key], rtol=2.0**-10, atol=1e-6)
+    second.run(2)
+    origin = checkpoints.load_model(tmp_path / "second" / MODEL).history["origin"]
+    assert origin["file"] == "first.onnx" and origin["history"]["step"] == 4
+    with pytest.raises(TrainingError, match="other weights"):
+        Trainer(tmp_path / "second", config, sets, seed=3).run(3)
+    other = Config.read("reduced", *TINY, "model.width=12")
+    with pytest.raises(TrainingError, match=r"first\.onnx is a network of another configuration"):
+        Trainer(tmp_path / "third", other, sets, seed=3, initial=start)
+
+
+def test_files_that_are_no_networks_are_named(tmp_path: Path) -> None:
+    pytest.importorskip("onnx", reason="onnx is only in ./run training's environment")
+    for name in ("none.onnx", "none.pt"):
+        with pytest.raises(checkpoints.CheckpointError, match=name.replace(".", r"\.")):
+            initial.read(tmp_path / name)
+        (tmp_path / name).write_bytes(b"no network")
+        with pytest.raises(checkpoints.CheckpointError, match=name.replace(".", r"\.")):
+            initial.read(tmp_path / name)

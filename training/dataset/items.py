@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from training.dataset import windows
 from training.dataset.plan import Plan
-from training.dataset.rendering import StageRenderer, Window
+from training.dataset.references import Kept, References
+from training.dataset.rendering import Samples, StageRenderer, Window
 from training.keyed import generator, render_seed
 from training.scenes import catalogue
 
@@ -30,24 +31,43 @@ def stage_folder() -> Path:
     return Path(__file__).resolve().parents[2] / "tests" / "scenes"
 
 
-def items_of(plan: Plan, scene: int, *, threads: int = 0, first: int = 0) -> Iterator[Item]:
+def items_of(
+    plan: Plan,
+    scene: int,
+    *,
+    threads: int = 0,
+    first: int = 0,
+    references: References | None = None,
+) -> Iterator[Item]:
     """The items of a scene from window `first` on: what they are, and their arrays.
+
+    Windows that `references` has lie where it says, and their references are not rendered again.
 
     Arrays: `half`, `bytes` (see layout), `reference` float32 [3, h, w] and `halves` float32
     [3, h, w], the difference of the reference's two halves over two, whose square is an unbiased
     estimate of the reference's variance.
     """
     with _scene(plan, scene, threads) as (what, renderer):
-        for number, window in enumerate(_windows(plan, scene, renderer)):
-            if number >= first:
-                about, arrays = _item(plan, scene, number, renderer, window)
-                yield what | about, arrays
+        chosen: list[Window] | None = None
+        for number in range(first, plan.windows):
+            kept = references.find(scene, number) if references else None
+            if kept is None:
+                chosen = chosen or _windows(plan, scene, renderer)
+                about, arrays = _item(plan, scene, number, renderer, chosen[number])
+            else:
+                about, arrays = _item_of(plan, kept, renderer)
+            yield what | about, arrays
 
 
-def samples_of(plan: Plan, scene: int, window: int, *, threads: int = 0) -> Item:
-    """A window's samples alone, of random numbers that depend on their number."""
+def samples_of(
+    plan: Plan, scene: int, window: int, *, threads: int = 0, place: Window | None = None
+) -> Item:
+    """A window's samples alone, of random numbers that depend on their number.
+
+    It lies at `place`, or where the plan has it.
+    """
     with _scene(plan, scene, threads) as (what, renderer):
-        place = _windows(plan, scene, renderer)[window]
+        place = place or _windows(plan, scene, renderer)[window]
         seed = render_seed("again", plan.split, plan.seed, scene, window, plan.spp)
         samples = renderer.samples(place, plan.spp, seed)
     return what | {"window": window}, {"half": samples.half, "bytes": samples.bytes}
@@ -87,19 +107,45 @@ def _item(plan: Plan, scene: int, number: int, renderer: StageRenderer, window: 
     key = (plan.split, plan.seed, scene, number)
     samples = renderer.samples(window, plan.spp, render_seed("input", *key))
     reference, halves, spp, seconds = reference_of(plan, key, renderer, window)
-    event = samples.bytes[:, 1]
     about = {
         "window": number,
         "resolution": list(window.resolution),
         "at": [window.x, window.y],
-        "world_to_camera": renderer.world_to_camera.ravel().tolist(),
-        "spp": plan.spp,
         "reference_spp": spp,
         "floor": floor_of(reference, halves),
+        "seconds": round(samples.seconds + seconds, 3),
+    }
+    return _complete(plan, renderer, samples, about, reference, halves)
+
+
+def _item_of(plan: Plan, kept: Kept, renderer: StageRenderer) -> Item:
+    """The item of a window whose reference is there already."""
+    height, width = kept.reference.shape[1:]
+    (whole_width, whole_height), (x, y) = kept.about["resolution"], kept.about["at"]
+    window = Window((whole_width, whole_height), x, y, width, height)
+    key = (plan.split, plan.seed, kept.about["scene"], kept.about["window"])
+    samples = renderer.samples(window, plan.spp, render_seed("input", *key))
+    about = kept.about | {"seconds": round(samples.seconds, 3)}
+    return _complete(plan, renderer, samples, about, kept.reference, kept.halves)
+
+
+def _complete(
+    plan: Plan,
+    renderer: StageRenderer,
+    samples: Samples,
+    about: dict[str, Any],
+    reference: NDArray[np.floating],
+    halves: NDArray[np.floating],
+) -> Item:
+    """The item: `about` and what the samples tell, and the arrays."""
+    event = samples.bytes[:, 1]
+    about = about | {
+        "world_to_camera": renderer.world_to_camera.ravel().tolist(),
+        "spp": plan.spp,
         "raw": relative_error(samples.half[:, :3].astype(np.float64).mean(axis=0), reference),
         "chains": float(((event & 24) != 0).mean()),
         "clipped": samples.clipped,
-        "seconds": round(samples.seconds + seconds, 3),
+        "sample_seconds": samples.seconds / plan.spp,
     }
     arrays: dict[str, NDArray[Any]] = {
         "half": samples.half,

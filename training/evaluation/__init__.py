@@ -2,10 +2,10 @@
 
 | module | does |
 |---|---|
-| `methods` | the raw mean, our networks, Open Image Denoise |
-| `oidn` | Open Image Denoise through pyoidn, where that is installed |
+| `methods` | the raw mean, Open Image Denoise |
+| `networks` | our networks: exported ones as the renderer runs them, others by PyTorch |
 | `auxiliary` | first-hit and first non-delta features of a pixel |
-| `data` | the windows to compare on, rendered again from seeds where they are missing |
+| `data` | the windows to compare on, rendered from seeds; `references/` has their references |
 | `statistics` | means by group, ratios and bootstrap intervals |
 | `report` | the table, JSON, and the sheet of crops |
 """

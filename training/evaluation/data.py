@@ -1,4 +1,7 @@
-"""The windows that are compared on: the held-out set and the three hand-made stages."""
+"""The windows that are compared on: the held-out set and the three hand-made stages.
+
+Their references are kept in `references/`; their samples are rendered from seeds where missing.
+"""
 
 from __future__ import annotations
 
@@ -12,17 +15,23 @@ import numpy as np
 
 from training.dataset.plan import Plan
 from training.dataset.reader import Dataset, Item
+from training.dataset.references import References
 from training.dataset.shards import ShardFiles, read_item
 
-# Seeds apart from those of any training set; sizes that two cores render within half an hour.
+# Seeds apart from those of any training set.
 PLANS = {
     "test": Plan(
-        split="test", seed=9001, scenes=30, windows=1, size=128, spp=8, reference_spp=2048
+        split="test", seed=9001, scenes=24, windows=1, size=128, spp=8, reference_spp=2048
     ),
     "stages": Plan(
-        split="stages", seed=9001, scenes=3, windows=4, size=128, spp=8, reference_spp=4096
+        split="stages", seed=9001, scenes=3, windows=2, size=128, spp=8, reference_spp=4096
     ),
 }
+
+
+def references_file(name: str) -> Path:
+    """Where the references of a data set are kept; `training.dataset.references` writes it."""
+    return Path(__file__).resolve().parent / "references" / f"{name}.npz"
 
 
 class DataError(Exception):
@@ -35,9 +44,21 @@ def dataset(folder: Path, name: str, *, threads: int = 0) -> Dataset:
     if not (place / "dataset.json").exists():
         PLANS[name].write(place)
     plan = Plan.read(place)
+    if plan != PLANS[name]:
+        raise DataError(
+            f"{place} holds another data set than the one that is compared on; delete it, or name "
+            "another folder with --data"
+        )
     if not all((place / f"shard-{n:05d}.json").exists() for n in range(plan.shards)):
-        _generate([str(place), "--threads", str(threads)])
+        references = references_file(name)
+        kept = ["--references", str(references)] if _is_of(references, plan) else []
+        _generate([str(place), "--threads", str(threads), *kept])
     return Dataset(place)
+
+
+def _is_of(references: Path, plan: Plan) -> bool:
+    """Whether there are references of that plan; without them they are rendered."""
+    return references.exists() and References.read(references).fits(plan)
 
 
 def _generate(arguments: list[str]) -> None:
@@ -57,7 +78,7 @@ def with_samples(dataset: Dataset, index: int, samples: int, *, threads: int = 0
     with tempfile.TemporaryDirectory(prefix="mbfeat-extra-") as scratch:
         folder = Path(scratch)
         dataclasses.replace(dataset.plan, spp=samples).write(folder)
-        numbers = [about["scene"], about["window"], threads]
+        numbers = [about["scene"], about["window"], threads, *about["resolution"], *about["at"]]
         command = [sys.executable, "-m", "training.dataset.again", scratch, *map(str, numbers)]
         root = Path(__file__).resolve().parents[2]
         if subprocess.run(command, cwd=root, check=False).returncode != 0:

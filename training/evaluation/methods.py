@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +19,15 @@ RAW, BEST, OIDN_BEST = "raw", "best", "oidn"
 
 @dataclass(frozen=True)
 class Method:
-    """A name for the tables, and image [3, h, w] of an item and a number of samples."""
+    """A name for the tables, and image [3, h, w] of an item and a number of samples.
+
+    What `prepared` gives is what a renderer has at hand when it is done, in the method's layout;
+    `image` makes the image of it, and is what is timed.
+    """
 
     name: str
-    image: Callable[[Item, int], Image]
+    prepared: Callable[[Item, int], Any]
+    image: Callable[[Any], Image]
 
 
 def raw_image(item: Item, samples: int) -> Image:
@@ -30,18 +35,9 @@ def raw_image(item: Item, samples: int) -> Image:
     return np.asarray(item.half[:samples, :3].astype(np.float32).mean(axis=0))
 
 
-def network(name: str, path: Path) -> Method:
-    """A trained network; raises CheckpointError."""
-    from training.checkpoints import load_model
-    from training.inference import denoise
-
-    model = load_model(path).model
-
-    def image(item: Item, samples: int) -> Image:
-        found = denoise(model, item, samples)
-        return np.nan_to_num(found, nan=0.0, posinf=0.0, neginf=0.0)
-
-    return Method(name, image)
+def raw() -> Method:
+    """The image as it was rendered."""
+    return Method(RAW, raw_image, lambda image: image)
 
 
 def oidn_methods(threads: int = 0) -> list[Method]:
@@ -53,10 +49,13 @@ def oidn_methods(threads: int = 0) -> list[Method]:
         return []
     device = oidn.Oidn(threads)
 
-    def plain(item: Item, samples: int) -> Image:
-        return device.plain(raw_image(item, samples), *auxiliary.first_hit(item, samples))
+    def plain(item: Item, samples: int) -> Any:
+        return raw_image(item, samples), *auxiliary.first_hit(item, samples)
 
-    def best(item: Item, samples: int) -> Image:
-        return device.best(raw_image(item, samples), *auxiliary.first_non_delta(item, samples))
+    def best(item: Item, samples: int) -> Any:
+        return raw_image(item, samples), *auxiliary.first_non_delta(item, samples)
 
-    return [Method("oidn plain", plain), Method(OIDN_BEST, best)]
+    return [
+        Method("oidn plain", plain, lambda given: device.plain(*given)),
+        Method(OIDN_BEST, best, lambda given: device.best(*given)),
+    ]

@@ -1,0 +1,83 @@
+"""Weights to begin training with: those of a checkpoint, or of an exported network.
+
+Exported networks are what is kept for good (checkpoints are large, and lie with the data), so that
+training can go on from one on another machine, on other data.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from training.checkpoints import CheckpointError, load_model
+from training.export import PREFIX, example, open_session
+
+EXPORTED = ".onnx"
+INSIDE = "model."  # before the names of parameters in an exported graph
+
+
+@dataclass(frozen=True)
+class Initial:
+    """Weights by parameter, and where they come from: the file's name, digest and history."""
+
+    weights: dict[str, Tensor]
+    origin: dict[str, Any]
+
+
+def read(path: Path) -> Initial:
+    """Raises CheckpointError."""
+    if path.suffix != EXPORTED:
+        trained = load_model(path)
+        weights, history = dict(trained.model.state_dict()), trained.history
+    else:
+        weights, history = _exported(path)
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    return Initial(weights, {"file": path.name, "sha256": digest, "history": history})
+
+
+def _exported(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:
+    import onnx
+
+    try:
+        graph = onnx.load(str(path))
+        entries = {entry.key: entry.value for entry in graph.metadata_props}
+        samples = entries.get(f"{PREFIX}samples")
+        parts = [graph.graph]
+        if samples is not None:
+            parts.append(onnx.load_from_string(base64.b64decode(samples)).graph)
+        weights: dict[str, Tensor] = {}
+        for part in parts:
+            for tensor in part.initializer:
+                name = tensor.name.removesuffix(".half")
+                if name.startswith(INSIDE):
+                    values = onnx.numpy_helper.to_array(tensor).astype("float32")
+                    weights[name.removeprefix(INSIDE)] = torch.from_numpy(values)
+        # The last layer is an output of its own, whose names the export does not keep.
+        weight, bias = _last_layer(path, entries, samples)
+        weights["kernels.weight"] = weight[:, :, None, None]
+        weights["kernels.bias"] = bias
+        return weights, json.loads(entries.get(f"{PREFIX}training", "{}"))
+    except FileNotFoundError as error:
+        raise CheckpointError(f"there is no network {path}") from error
+    except Exception as error:  # what protocol buffers and the runtime raise is not documented
+        raise CheckpointError(
+            f"{path} is no exported network with its parts apart ({error}); name a file that "
+            "training.export wrote without --whole, or a checkpoint"
+        ) from error
+
+
+def _last_layer(path: Path, entries: dict[str, str], samples: str | None) -> tuple[Tensor, Tensor]:
+    x = example(entries[f"{PREFIX}features"], 1, 8, 8).numpy()
+    given = {"samples": x, "share": torch.ones(1, 1, 8, 8).numpy()}
+    if samples is not None:
+        classes = open_session(base64.b64decode(samples)).run(["classes"], given)[0]
+        given = {"classes": classes}
+    weight, bias = open_session(str(path)).run(["weight", "bias"], given)
+    return torch.from_numpy(weight), torch.from_numpy(bias)
