@@ -33,10 +33,10 @@ from training.model.config import ModelConfig  # noqa: E402
 from training.model.inputs import CHANNELS  # noqa: E402
 from training.model.pyramid import Pyramid  # noqa: E402
 from training.model.sksn import Sksn, fold_weight_norm  # noqa: E402
-from training.model.splat import plain_splat, splat  # noqa: E402
+from training.model.splat import distances, plain_splat, splat  # noqa: E402
 
 OPSET = 18
-FORMAT = 2
+FORMAT = 3
 TOLERANCE = 1e-4
 PREFIX = "mbfeat:"  # of the metadata entries that hold the contract
 
@@ -57,7 +57,9 @@ class Contract:
       mbfeat:samples, as base64, works pixel by pixel and gives `classes` [classes, planes, h, w],
       sums over samples that may be added up in parts, and `mask` [samples, classes, h, w], which
       samples are in a class. The file's own takes `classes` and gives the classes' `hidden`,
-      `weight` and `bias`. Each class's share of the radiance is splatted apart, and added. It has
+      `weight` and `bias`, and where `affinity` is not 0 also `alike` [classes, affinity, h, w]: the
+      squared distance of a class's from its own where it is splatted to is taken off its logit.
+      Each class's share of the radiance is splatted apart, and added. It has
       `classPlanes` sums a class, and where the renderer can compute them without the graph also
       an entry mbfeat:encoder, see `encoder_bytes`.
 
@@ -72,6 +74,7 @@ class Contract:
     unit: int
     receptiveField: int  # noqa: N815 - the name of the metadata's entry
     classPlanes: int  # noqa: N815
+    affinity: int
     workingFloats: int  # noqa: N815
     format: int = FORMAT
 
@@ -123,8 +126,10 @@ class _OfClasses(nn.Module):
         super().__init__()
         self.model = model
 
-    def forward(self, classes: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        return self.model.of_classes(classes[None])[0], *_last_layer(self.model)
+    def forward(self, classes: Tensor) -> tuple[Tensor, ...]:
+        hidden = self.model.of_classes(classes[None])[0]
+        alike = () if self.model.alike is None else (self.model.alike(hidden),)
+        return hidden, *_last_layer(self.model), *alike
 
 
 def contract(config: ModelConfig, *, whole: bool) -> Contract:
@@ -138,6 +143,7 @@ def contract(config: ModelConfig, *, whole: bool) -> Contract:
         unit=config.unit,
         receptiveField=config.context_field,
         classPlanes=config.width + 1 if config.layers else 0,
+        affinity=config.affinity,
         workingFloats=working * (3 if config.layers else 1),
     )
 
@@ -180,6 +186,8 @@ def export(
             entries[f"{PREFIX}encoder"] = base64.b64encode(encoder).decode()
         with torch.no_grad():
             classes = model.class_sums(samples[None], share[None])[0][0]
+        if model.alike is not None:
+            last.append("alike")
         graph = _traced(_OfClasses(model), {"classes": classes}, last)
     import onnx
 
@@ -242,7 +250,7 @@ def _traced(module: nn.Module, inputs: dict[str, Tensor], outputs: list[str]) ->
     import onnx
 
     axes: dict[str, dict[int, str]] = {}
-    for name in ("samples", "share", "classes", "mask", "hidden"):
+    for name in ("samples", "share", "classes", "mask", "hidden", "alike"):
         if name in inputs or name in outputs:
             axes[name] = {2: "height", 3: "width"}
     for name in ("samples", "share", "mask", *(["hidden"] if "samples" in inputs else [])):
@@ -298,7 +306,7 @@ def run(path: Path, samples: NDArray[np.float32], *, threads: int = 0) -> NDArra
     if kind == "layered":
         sums = open_session(base64.b64decode(entries[f"{PREFIX}samples"]), threads)
         classes, mask = sums.run(None, given)
-        hidden, weight, bias = session.run(None, {"classes": classes})
+        hidden, weight, bias, *alike = session.run(None, {"classes": classes})
         light = np.einsum("schw,skhw->ckhw", mask * share, light)
     else:
         hidden, weight, bias = session.run(None, given)
@@ -306,6 +314,8 @@ def run(path: Path, samples: NDArray[np.float32], *, threads: int = 0) -> NDArra
     units = torch.from_numpy(logits.astype(np.float32))
     values = torch.from_numpy(np.ascontiguousarray(light))
     if kind == "layered":
+        for features in alike:
+            units = units - distances(torch.from_numpy(features), round(len(bias) ** 0.5))
         return np.asarray(splat(units[:, None], values[:, None]).sum(dim=0).numpy())
     return np.asarray(splat(units[None], values[None])[0].numpy())
 

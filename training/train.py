@@ -27,7 +27,7 @@ from training.dataset.plan import PlanError  # noqa: E402
 from training.dataset.reader import Dataset  # noqa: E402
 from training.dataset.shards import ShardError  # noqa: E402
 from training.model.config import FEATURE_SETS, ConfigError  # noqa: E402
-from training.processes import Processes, joined  # noqa: E402
+from training.processes import Processes, joined, keep_freed_memory  # noqa: E402
 from training.trainer import MODEL, Trainer, TrainingError  # noqa: E402
 
 INTERRUPTED = 130
@@ -55,6 +55,7 @@ def parser() -> argparse.ArgumentParser:
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command; returns 0, 1 when it failed, 130 when it was interrupted."""
     options = parser().parse_args(arguments)
+    keep_freed_memory()
     if options.threads:
         torch.set_num_threads(options.threads)
     try:

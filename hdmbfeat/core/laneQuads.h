@@ -80,11 +80,9 @@ inline void transpose(__m256& a, __m256& b, __m256& c, __m256& d) {
 
 } // namespace quads
 
-/// Lane i from base[rows[i] * stride] and the three floats behind it; any alignment.
-template <class T>
-MBFEAT_INLINE LaneQuad<T> loadQuads(const float* base, const std::int32_t* rows,
-                                    std::size_t stride) {
-    const auto at = [&](int i) { return base + static_cast<std::size_t>(rows[i]) * stride; };
+/// Lane i from at(i), a pointer to floats of any alignment, and the three floats behind it.
+template <class T, class At>
+MBFEAT_INLINE LaneQuad<T> loadQuadsAt(const At& at) {
     if constexpr (!kIsBatch<T>) {
         float row[4]; // rows may hold integers among the floats
         std::memcpy(row, at(0), sizeof(row));
@@ -128,11 +126,16 @@ MBFEAT_INLINE LaneQuad<T> loadQuads(const float* base, const std::int32_t* rows,
     }
 }
 
-/// The inverse of loadQuads(); where rows are shared the later lane's values stay.
+/// Lane i from base[rows[i] * stride] on.
 template <class T>
-MBFEAT_INLINE void storeQuads(float* base, const std::int32_t* rows, std::size_t stride,
-                              const LaneQuad<T>& quad) {
-    const auto at = [&](int i) { return base + static_cast<std::size_t>(rows[i]) * stride; };
+MBFEAT_INLINE LaneQuad<T> loadQuads(const float* base, const std::int32_t* rows,
+                                    std::size_t stride) {
+    return loadQuadsAt<T>([&](int i) { return base + static_cast<std::size_t>(rows[i]) * stride; });
+}
+
+/// The inverse of loadQuadsAt(); where rows are shared the later lane's values stay.
+template <class T, class At>
+MBFEAT_INLINE void storeQuadsAt(const At& at, const LaneQuad<T>& quad) {
     if constexpr (!kIsBatch<T>) {
         const float row[4] = {static_cast<float>(quad.x), static_cast<float>(quad.y),
                               static_cast<float>(quad.z), static_cast<float>(quad.w)};
@@ -177,6 +180,12 @@ MBFEAT_INLINE void storeQuads(float* base, const std::int32_t* rows, std::size_t
             std::memcpy(at(i), row, sizeof(row));
         }
     }
+}
+
+template <class T>
+MBFEAT_INLINE void storeQuads(float* base, const std::int32_t* rows, std::size_t stride,
+                              const LaneQuad<T>& quad) {
+    storeQuadsAt<T>([&](int i) { return base + static_cast<std::size_t>(rows[i]) * stride; }, quad);
 }
 
 } // namespace mbfeat

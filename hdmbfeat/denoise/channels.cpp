@@ -7,9 +7,24 @@
 #include <optional>
 #include <utility>
 
+#include "core/floatTraps.h"
+#include "core/library.h"
+
+extern "C" std::uint32_t writeChannelsOnLanes(const mbfeat::ChannelPlan* plan,
+                                              const float* const* paths, int count, float* out);
+
 namespace mbfeat {
 
 namespace {
+
+using Kind = ChannelSource::Kind;
+using WriteFunction = std::uint32_t (*)(const ChannelPlan*, const float* const*, int, float*);
+
+WriteFunction writeFunction() {
+    static const auto wide =
+        reinterpret_cast<WriteFunction>(WideModule::instance().symbol("writeChannelsOnWideLanes"));
+    return wide != nullptr ? wide : &writeChannelsOnLanes;
+}
 
 /// Bits of a vertex's event, as PathEvent has them: the film's paths are plain numbers here.
 constexpr std::array<std::pair<const char*, std::uint32_t>, 4> kEventBits = {
@@ -66,11 +81,12 @@ Result<ChannelPlan> ChannelPlan::make(const std::vector<std::string>& channels,
         return static_cast<std::size_t>(std::distance(paths.fields.begin(), found));
     };
     ChannelPlan plan;
+    plan.fieldCount_ = paths.fields.size();
     std::copy(std::begin(paths.worldToCamera), std::end(paths.worldToCamera), plan.rotation_);
     std::string missing;
     for (const std::string& channel : channels) {
         const Name name = parsed(channel);
-        Source source;
+        ChannelSource source;
         std::string field = channel;
         source.kind = Kind::kField;
         const std::string event = channel.substr(0, channel.find(':'));
@@ -122,10 +138,10 @@ Result<ChannelPlan> ChannelPlan::make(const std::vector<std::string>& channels,
     return plan;
 }
 
-void ChannelPlan::append(const Source& source) {
+void ChannelPlan::append(const ChannelSource& source) {
     ++size_;
     if (!sources_.empty() && sources_.back().kind == source.kind) {
-        Source& last = sources_.back();
+        ChannelSource& last = sources_.back();
         const bool follows =
             source.kind == Kind::kZero ||
             (source.kind == Kind::kField && source.field == last.field + last.count);
@@ -143,7 +159,7 @@ bool ChannelPlan::write(const float* path, float* out, std::size_t stride) const
         largest = std::max(largest, magnitudeBits(value));
     };
     float* to = out;
-    for (const Source& source : sources_) {
+    for (const ChannelSource& source : sources_) {
         switch (source.kind) {
         case Kind::kZero:
             for (std::size_t i = 0; i < source.count; ++i, to += stride) {
@@ -193,6 +209,11 @@ bool ChannelPlan::write(const float* path, float* out, std::size_t stride) const
         out[i * stride] = 0.0F;
     }
     return finite;
+}
+
+std::uint32_t ChannelPlan::writeGroup(const float* const* paths, int count, float* out) const {
+    const FloatTrapsMasked masked;
+    return writeFunction()(this, paths, count, out);
 }
 
 } // namespace mbfeat

@@ -33,6 +33,19 @@ struct PathSamples {
 /// How much of the paths a network is shown; what is left out is zero.
 enum class ShownFeatures : std::uint8_t { kAll, kFirstHit, kNone };
 
+/// Where some channels come from.
+struct ChannelSource {
+    enum class Kind : std::uint8_t { kZero, kField, kDirection, kBit };
+    Kind kind = Kind::kZero;
+    std::size_t count = 1;  ///< of neighbouring channels from neighbouring fields, or zeros
+    std::size_t field = 0;  ///< of a direction: its x
+    std::uint32_t bits = 0; ///< one bit
+    std::size_t axis = 0;   ///< of the camera
+};
+
+/// Paths that are made ready for a network together, as many as a lane type is wide at most.
+inline constexpr int kPathGroup = 16;
+
 /// Finds in the fields of paths a network's channels, and the colours that are reconstructed.
 class ChannelPlan {
 public:
@@ -44,24 +57,24 @@ public:
     /// Writes the path's channels to out[0], out[stride], ...: false, and nothing but zeros, where
     /// one of them or of the colours is not finite.
     bool write(const float* path, float* out, std::size_t stride) const;
+    /// The same of `count` paths, at most kPathGroup, on SIMD lanes: out[channel][kPathGroup], zero
+    /// beyond `count`. Returns a bit for each path, 1 where write() would return true.
+    std::uint32_t writeGroup(const float* const* paths, int count, float* out) const;
     std::size_t size() const { return size_; }
+    std::size_t fieldCount() const { return fieldCount_; } ///< floats of a path
+    const std::vector<ChannelSource>& sources() const { return sources_; }
+    /// An axis of the camera in the world, three floats.
+    const float* axis(std::size_t index) const { return rotation_ + 3 * index; }
     /// Places of the colours' first fields.
     const std::vector<std::size_t>& lights() const { return lights_; }
 
 private:
-    enum class Kind : std::uint8_t { kZero, kField, kDirection, kBit };
-    struct Source {
-        Kind kind = Kind::kZero;
-        std::size_t count = 1;  ///< of neighbouring channels from neighbouring fields, or zeros
-        std::size_t field = 0;  ///< of a direction: its x
-        std::uint32_t bits = 0; ///< any of these
-        std::size_t axis = 0;   ///< of the camera
-    };
-    void append(const Source& source);
+    void append(const ChannelSource& source);
 
-    std::vector<Source> sources_;
+    std::vector<ChannelSource> sources_;
     std::vector<std::size_t> lights_;
     std::size_t size_ = 0; ///< channels
+    std::size_t fieldCount_ = 0;
     float rotation_[9] = {};
 
     ChannelPlan() = default;

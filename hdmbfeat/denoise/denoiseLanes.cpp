@@ -8,12 +8,14 @@
 
 #include <xsimd/xsimd.hpp>
 
+#include "denoise/channelLanes.h"
 #include "denoise/pathEncoderLanes.h"
 #include "denoise/splatTile.h"
 
 #ifdef MBFEAT_WIDE_LANES
 #define splatTileOnLanes splatTileOnWideLanes
 #define encodeOnLanes encodeOnWideLanes
+#define writeChannelsOnLanes writeChannelsOnWideLanes
 #endif
 
 extern "C" __attribute__((visibility("default"))) void
@@ -25,4 +27,10 @@ extern "C" __attribute__((visibility("default"))) void
 encodeOnLanes(const mbfeat::PathEncoder* encoder, const float* channels, int count,
               float* embeddings) {
     mbfeat::encodePathsOnLanes<xsimd::batch<float>>(*encoder, channels, count, embeddings);
+}
+
+extern "C" __attribute__((visibility("default"))) std::uint32_t
+writeChannelsOnLanes(const mbfeat::ChannelPlan* plan, const float* const* paths, int count,
+                     float* out) {
+    return mbfeat::writeChannels<xsimd::batch<float>>(*plan, paths, count, out);
 }

@@ -138,7 +138,11 @@ protected:
         const auto kernel = static_cast<std::size_t>(input.kernel);
         const std::size_t taps = kernel * kernel;
         const auto units = static_cast<std::size_t>(input.units);
-        if (hidden.size() != units * static_cast<std::size_t>(input.channels) * area(tile.region) ||
+        input.alikeChannels = contract_.affinity;
+        const std::size_t alike =
+            units * static_cast<std::size_t>(contract_.affinity) * area(tile.region);
+        if ((alike > 0 && network[3].size() != alike) ||
+            hidden.size() != units * static_cast<std::size_t>(input.channels) * area(tile.region) ||
             units * lightChannels_ * area(tile.region) != light.size() ||
             network[1].size() != taps * static_cast<std::size_t>(input.channels) ||
             network[2].size() != taps) {
@@ -151,6 +155,7 @@ protected:
         input.light = light.data();
         input.weight = network[1].data;
         input.bias = network[2].data;
+        input.alike = alike > 0 ? network[3].data : nullptr;
         input.presence = presence;
         input.apart = apart;
         std::vector<float> image(lightChannels_ * area(tile.region));

@@ -21,7 +21,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kDefaultModel = "best";
-constexpr const char* kFormat = "2";
+constexpr const char* kFormat = "3";
+constexpr const char* kFormatBefore = "2"; ///< had no affinity
 
 /// Where the models lie that MBFeat comes with.
 fs::path modelFolder() {
@@ -166,7 +167,8 @@ Status DenoiseModel::readContract() {
     const auto entry = [&](const char* name) {
         return graph_->metadata(std::string("mbfeat:") + name);
     };
-    if (entry("format") != kFormat) {
+    const bool isBefore = entry("format") == kFormatBefore;
+    if (entry("format") != kFormat && !isBefore) {
         return Error{file_, entry("format").empty()
                                 ? "it is no network of MBFeat's: its metadata lacks mbfeat:format. "
                                   "Give a file that training.export wrote."
@@ -195,10 +197,12 @@ Status DenoiseModel::readContract() {
     };
     for (const Number& number :
          {Number{"kernel", &contract_.kernel, 1, 99}, Number{"unit", &contract_.unit, 1, 1024},
+          Number{"affinity", &contract_.affinity, 0, 256},
           Number{"receptiveField", &contract_.receptiveField, 0, 4096},
           Number{"classPlanes", &contract_.classPlanes, 0, 1 << 16},
           Number{"workingFloats", &contract_.workingFloats, 1, 1 << 20}}) {
-        const std::string text = entry(number.name);
+        const bool isMissing = isBefore && number.value == &contract_.affinity;
+        const std::string text = isMissing ? "0" : entry(number.name);
         const auto [end, failed] =
             std::from_chars(text.data(), text.data() + text.size(), *number.value);
         if (failed != std::errc() || end != text.data() + text.size() ||
@@ -235,12 +239,16 @@ Status DenoiseModel::readEncoder() {
 Status DenoiseModel::checkGraphs() const {
     using Names = std::vector<std::string>;
     const bool layered = contract_.kind == DenoiseContract::Kind::kLayered;
-    const bool right = layered ? graph_->inputs() == Names{"classes"} &&
-                                     graph_->outputs() == Names{"hidden", "weight", "bias"} &&
-                                     sampleGraph_->inputs() == Names{"samples", "share"} &&
-                                     sampleGraph_->outputs() == Names{"classes", "mask"}
-                               : graph_->inputs() == Names{"samples", "share"} &&
-                                     graph_->outputs() == Names{"hidden", "weight", "bias"};
+    Names outputs = {"hidden", "weight", "bias"};
+    if (contract_.affinity > 0) {
+        outputs.emplace_back("alike");
+    }
+    const bool right =
+        graph_->outputs() == outputs &&
+        (layered ? graph_->inputs() == Names{"classes"} &&
+                       sampleGraph_->inputs() == Names{"samples", "share"} &&
+                       sampleGraph_->outputs() == Names{"classes", "mask"}
+                 : graph_->inputs() == Names{"samples", "share"} && contract_.affinity == 0);
     if (!right) {
         return Error{file_, "its inputs and outputs are not those of its kind. Export the network "
                             "anew."};

@@ -26,6 +26,7 @@ struct DenoiseContract {
     int unit = 1;           ///< tiles begin at multiples of this
     int receptiveField = 0; ///< pixels around one that can change it, without the splat
     int classPlanes = 0;    ///< of a layered model: sums of a class
+    int affinity = 0;       ///< of a layered model: channels of `alike`, see splat.h
     int workingFloats = 0;  ///< a pixel, at its largest, of a run; of `hidden`, a sample and pixel
 };
 

@@ -116,7 +116,7 @@ void encodePaths(const PathEncoder& encoder, const float* channels, int count, f
     const FloatTrapsMasked masked;
     encodeFunction()(&encoder, channels, count, embeddings);
     const auto event = [&](int i, int path) {
-        return channels[(extended::kEvents + i) * kEncoderGroup + path] != 0.0F;
+        return channels[(extended::kEvents + i) * kPathGroup + path] != 0.0F;
     };
     for (int path = 0; path < count; ++path) {
         // Events of vertex 0 are specular, reflect, transmit, diffuse.

@@ -13,6 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "denoise/channels.h"
+
 namespace mbfeat {
 
 /// A layer: outputs = leakyReLU(weights x inputs + bias).
@@ -49,11 +51,8 @@ struct PathEncoder {
 
 enum class PathClass : std::uint8_t { kDirect, kReflected, kTransmitted };
 
-/// A group of paths, as many as a lane type is wide at most.
-inline constexpr int kEncoderGroup = 16;
-
-/// Embeddings [path][width] and classes of `count` paths, at most kEncoderGroup, whose channels are
-/// [channel][kEncoderGroup]; channels of paths beyond `count` are to be zero. On the widest lanes.
+/// Embeddings [path][width] and classes of `count` paths, at most kPathGroup, whose channels are
+/// [channel][kPathGroup]; channels of paths beyond `count` are to be zero. On the widest lanes.
 void encodePaths(const PathEncoder& encoder, const float* channels, int count, float* embeddings,
                  PathClass* classes);
 

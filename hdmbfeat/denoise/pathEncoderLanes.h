@@ -5,7 +5,8 @@
 #include <array>
 #include <cstddef>
 
-#include "core/lane.h"
+#include "core/laneMemory.h"
+#include "core/laneQuads.h"
 #include "denoise/pathEncoder.h"
 
 namespace mbfeat {
@@ -39,12 +40,7 @@ private:
     static constexpr float kDepthScale = 0.3F, kSlope = 0.01F, kLargestTint = 4.0F;
 
     T channel(int index) const {
-        const float* const from = channels_ + static_cast<std::ptrdiff_t>(index) * kEncoderGroup;
-        if constexpr (kWidth == 1) {
-            return *from;
-        } else {
-            return T::load_unaligned(from);
-        }
+        return loadLanes<T>(channels_ + static_cast<std::ptrdiff_t>(index) * kPathGroup);
     }
     T feature(int k, int i) const { return channel(extended::kFeatures + 9 * k + i); }
     T valid(int k) const { return channel(extended::kValid + k); }
@@ -182,15 +178,21 @@ void encodePathsOnLanes(const PathEncoder& encoder, const float* channels, int c
         PathEncoderLanes<T> lanes(encoder, channels + first);
         const T* const found = lanes.run();
         const int here = std::min(kWidth, count - first);
-        for (int o = 0; o < width; ++o) {
-            float values[kEncoderGroup];
-            if constexpr (kWidth == 1) {
-                values[0] = found[o];
-            } else {
-                found[o].store_unaligned(values);
+        float* const to = embeddings + static_cast<std::ptrdiff_t>(first) * width;
+        int o = 0;
+        if (here == kWidth) {
+            const auto row = [&](int lane) {
+                return to + static_cast<std::ptrdiff_t>(lane) * width;
+            };
+            for (; o + 4 <= width; o += 4) {
+                const LaneQuad<T> quad(found[o], found[o + 1], found[o + 2], found[o + 3]);
+                storeQuadsAt<T>([&](int lane) { return row(lane) + o; }, quad);
             }
+        }
+        for (; o < width; ++o) {
+            const LaneBuffer<T> values(found[o]);
             for (int lane = 0; lane < here; ++lane) {
-                embeddings[(first + lane) * width + o] = values[lane];
+                to[lane * width + o] = values[lane];
             }
         }
     }

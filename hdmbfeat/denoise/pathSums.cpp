@@ -49,33 +49,25 @@ Status PathSums::add(const std::size_t* pixels, std::size_t pixelCount, std::siz
 
 void PathSums::addByEncoder(const std::size_t* pixels, std::size_t pathCount, std::size_t samples,
                             const float* const* paths) {
-    constexpr auto kGroup = static_cast<std::size_t>(kEncoderGroup);
+    constexpr auto kGroup = static_cast<std::size_t>(kPathGroup);
     const PathEncoder& encoder = *model_->encoder();
     const auto width = static_cast<std::size_t>(encoder.width());
     std::vector<float> channels(plan_.size() * kGroup), embeddings(width * kGroup);
-    const float* usable[kEncoderGroup];
-    std::size_t places[kEncoderGroup];
-    PathClass classes[kEncoderGroup];
+    PathClass classes[kPathGroup];
     std::uint64_t repaired = 0;
-    for (std::size_t next = 0; next < pathCount;) {
-        std::size_t count = 0;
-        for (; next < pathCount && count < kGroup; ++next) {
-            const float* const path = paths[next];
-            if (!plan_.write(path, channels.data() + count, kGroup)) {
+    for (std::size_t first = 0; first < pathCount; first += kGroup) {
+        const std::size_t count = std::min(kGroup, pathCount - first);
+        const float* const* const group = paths + first;
+        const std::uint32_t usable =
+            plan_.writeGroup(group, static_cast<int>(count), channels.data());
+        encodePaths(encoder, channels.data(), static_cast<int>(count), embeddings.data(), classes);
+        for (std::size_t i = 0; i < count; ++i) {
+            if ((usable >> i & 1U) == 0) {
                 ++repaired;
                 continue;
             }
-            usable[count] = path;
-            places[count++] = pixels[next / samples];
-        }
-        for (std::size_t c = 0; count < kGroup && c < plan_.size(); ++c) {
-            std::fill(channels.data() + c * kGroup + count, channels.data() + (c + 1) * kGroup,
-                      0.0F);
-        }
-        encodePaths(encoder, channels.data(), static_cast<int>(count), embeddings.data(), classes);
-        for (std::size_t i = 0; i < count; ++i) {
-            const std::size_t place =
-                places[i] * kPathClasses + static_cast<std::size_t>(classes[i]);
+            const std::size_t pixel = pixels[(first + i) / samples];
+            const std::size_t place = pixel * kPathClasses + static_cast<std::size_t>(classes[i]);
             float* const sums = classes_.data() + place * planes_;
             const float* const embedding = embeddings.data() + i * width;
             for (std::size_t o = 0; o < width; ++o) {
@@ -85,10 +77,10 @@ void PathSums::addByEncoder(const std::size_t* pixels, std::size_t pathCount, st
             double* light = light_.data() + place * lightChannels();
             for (const std::size_t field : plan_.lights()) {
                 for (std::size_t k = 0; k < 3; ++k) {
-                    *light++ += static_cast<double>(usable[i][field + k]);
+                    *light++ += static_cast<double>(group[i][field + k]);
                 }
             }
-            ++counts_[places[i]];
+            ++counts_[pixel];
         }
     }
     repaired_.fetch_add(repaired, std::memory_order_relaxed);

@@ -5,8 +5,11 @@
 // pixel r - j rows and r - i columns further, r = k / 2. A pixel is the mean of all that reaches
 // it, weighted by the softmax of the logits over units and taps (Gharbi et al. 2019, "Sample-based
 // Monte Carlo Denoising using a Kernel-Splatting Network", equation 3). The logits of a whole image
-// never exist: they are made where they are used. Each pixel carries the largest logit so far and
-// its sums are scaled down when a later one exceeds it, so that no logit can overflow.
+// never exist: they are made where they are used. With `alike`, the squared distance of a unit's
+// features at a pixel from its own where a tap goes is taken off the logit (after Isik et al. 2021,
+// "Interactive Monte Carlo denoising using affinity of neural features"). Each pixel carries the
+// largest logit so far and its sums are scaled down when a later one exceeds it, so that no logit
+// can overflow.
 #pragma once
 
 #include <atomic>
@@ -25,6 +28,8 @@ struct SplatInput {
     const float* light = nullptr;  ///< [units][lights][height][width]
     const float* weight = nullptr; ///< [k k][channels]
     const float* bias = nullptr;   ///< [k k]
+    int alikeChannels = 0;
+    const float* alike = nullptr; ///< [units][alikeChannels][height][width]
     const float* presence =
         nullptr;        ///< [units][height][width], 0 where there is no unit; may be null
     bool apart = false; ///< a softmax for each unit, and the images added

@@ -25,8 +25,10 @@ public:
           sourceHeight_(tile.y1 - tile.y0 + 2 * radius_),
           hidden_(size(input.channels, sourceHeight_)),
           light_(size(input.lights, sourceHeight_)),
+          alike_(size(input.alikeChannels, sourceHeight_)),
           logits_(size(input.kernel, 1)),
-          sums_((static_cast<std::size_t>(input.lights) + 2) * blockSize()) {}
+          sums_((static_cast<std::size_t>(input.lights) + 2) * blockSize()),
+          weights_(static_cast<std::size_t>(input.kernel) * kWidth) {}
 
     void run(float* out) {
         if (!in_.apart) {
@@ -97,6 +99,7 @@ private:
     void load(int unit) {
         copyPlanes(in_.hidden, unit, in_.channels, hidden_.data());
         copyPlanes(in_.light, unit, in_.lights, light_.data());
+        copyPlanes(in_.alike, unit, in_.alikeChannels, alike_.data());
     }
 
     void copyPlanes(const float* from, int unit, int planes, float* to) const {
@@ -141,6 +144,8 @@ private:
             }
             maskOutside(unit, sourceY);
             for (int x = 0; x < blockWidth_; x += kWidth) {
+                takeLogits(x);
+                subtractDistances(x, y, row);
                 add(x, y, row);
             }
         }
@@ -204,23 +209,46 @@ private:
         }
     }
 
-    /// Adds a row of taps to the destinations from x (in the tile) on.
+    /// The logits with which a row of taps reaches the destinations from x (in the tile) on.
+    void takeLogits(int x) {
+        const auto k = static_cast<std::size_t>(in_.kernel);
+        const auto width = static_cast<std::size_t>(sourceWidth_);
+        for (std::size_t i = 0; i < k; ++i) {
+            store(&weights_[i * kWidth], load(logits_.data() + i * width + i + x));
+        }
+    }
+
+    void subtractDistances(int x, int y, int row) {
+        const auto k = static_cast<std::size_t>(in_.kernel);
+        const auto width = static_cast<std::size_t>(sourceWidth_);
+        const auto radius = static_cast<std::size_t>(radius_);
+        const auto rowOf = [&](int r) { return static_cast<std::size_t>(r) * width; };
+        for (int c = 0; c < in_.alikeChannels; ++c) {
+            const float* const plane = alike_.data() + size(c, sourceHeight_) + x;
+            const float* const source = plane + rowOf(row);
+            const T own = load(plane + rowOf(y - tile_.y0 + radius_) + radius);
+            for (std::size_t i = 0; i < k; ++i) {
+                const T change = load(source + i) - own;
+                store(&weights_[i * kWidth], load(&weights_[i * kWidth]) - change * change);
+            }
+        }
+    }
+
+    /// Adds the row of taps to the destinations; its logits become weights.
     void add(int x, int y, int row) {
         const auto k = static_cast<std::size_t>(in_.kernel);
         const auto width = static_cast<std::size_t>(sourceWidth_);
         float* const largest = sums(0, y) + x;
         const T before = load(largest);
         T raised = before;
-        const float* const logits = logits_.data() + x;
         for (std::size_t i = 0; i < k; ++i) {
-            raised = max(raised, load(logits + i * width + i));
+            raised = max(raised, load(&weights_[i * kWidth]));
         }
         store(largest, raised);
         const T fade = exp(before - raised);
         T total = load(sums(1, y) + x) * fade;
-        weights_.resize(k * kWidth);
         for (std::size_t i = 0; i < k; ++i) {
-            const T w = exp(load(logits + i * width + i) - raised);
+            const T w = exp(load(&weights_[i * kWidth]) - raised);
             total = total + w;
             store(&weights_[i * kWidth], w);
         }
@@ -259,10 +287,10 @@ private:
     const SplatInput& in_;
     SplatTile tile_;
     int radius_, blockWidth_, sourceWidth_, sourceHeight_;
-    std::vector<float> hidden_, light_; ///< [plane][row][x] of the unit, from -radius on
-    std::vector<float> logits_;         ///< [tap][x] of a source row
-    std::vector<float> sums_;           ///< [slot][row][x]
-    std::vector<float> weights_;        ///< [tap][lane]
+    std::vector<float> hidden_, light_, alike_; ///< [plane][row][x] of the unit, from -radius on
+    std::vector<float> logits_;                 ///< [tap][x] of a source row
+    std::vector<float> sums_;                   ///< [slot][row][x]
+    std::vector<float> weights_;                ///< [tap][lane], logits before
 };
 
 } // namespace mbfeat

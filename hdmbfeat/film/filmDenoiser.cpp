@@ -87,7 +87,8 @@ Result<std::unique_ptr<FilmDenoiser>> FilmDenoiser::make(std::shared_ptr<const F
     PathSamples rows;
     rows.width = window.data.width;
     rows.height = window.data.height;
-    rows.fields = pathRowFieldsWithParts();
+    rows.fields = pathRowFields((d.flags_ & kRecordContributions) != 0);
+    d.rowSize_ = rows.fields.size();
     std::copy(std::begin(d.denoise_->worldToCamera), std::end(d.denoise_->worldToCamera),
               rows.worldToCamera);
     Result<std::unique_ptr<PathSums>> sums = makePathSums(d.denoise_->model, rows, d.options_);
@@ -103,14 +104,17 @@ void FilmDenoiser::add(const PixelSample* batch, const PathRecord* records, int 
         return;
     }
     const Clock::time_point begin = Clock::now();
-    static const std::size_t fields = pathRowFieldsWithParts().size();
     // Memory of the thread, kept from batch to batch.
     thread_local std::vector<float> rows;
     thread_local std::vector<const float*> paths;
     thread_local std::vector<std::size_t> pixels;
-    rows.resize(static_cast<std::size_t>(count) * fields);
+    rows.resize(static_cast<std::size_t>(count) * rowSize_);
     for (int i = 0; i < count; ++i) {
-        writePathRowWithParts(records[i], rows.data() + static_cast<std::size_t>(i) * fields);
+        float* const end =
+            writePathRow(records[i], true, rows.data() + static_cast<std::size_t>(i) * rowSize_);
+        if ((flags_ & kRecordContributions) != 0) {
+            writePathParts(records[i], end);
+        }
     }
     const auto isSamePixel = [&](int a, int b) {
         return batch[a].x == batch[b].x && batch[a].y == batch[b].y;
@@ -130,7 +134,7 @@ void FilmDenoiser::add(const PixelSample* batch, const PathRecord* records, int 
                                  static_cast<std::size_t>(data_.width) +
                              static_cast<std::size_t>(batch[next].x - data_.x));
             for (int s = 0; s < samples; ++s) {
-                paths.push_back(rows.data() + static_cast<std::size_t>(next + s) * fields);
+                paths.push_back(rows.data() + static_cast<std::size_t>(next + s) * rowSize_);
             }
         }
         if (Status problem = sums_->add(pixels.data(), pixels.size(),

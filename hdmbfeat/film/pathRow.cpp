@@ -40,10 +40,13 @@ float* writePathRow(const PathRecord& record, bool extended, float* out) {
     return out;
 }
 
-std::vector<std::string> pathRowFieldsWithParts() {
+std::vector<std::string> pathRowFields(bool parts) {
     std::vector<std::string> names;
     for (const PathSampleField& field : pathSampleFields(true)) {
         names.push_back(field.name);
+    }
+    if (!parts) {
+        return names;
     }
     const auto append = [&](const std::string& part) {
         const std::optional<AovDescriptor> aov = findAov("mbfeat:contribution:" + part);
@@ -59,8 +62,8 @@ std::vector<std::string> pathRowFieldsWithParts() {
     return names;
 }
 
-float* writePathRowWithParts(const PathRecord& record, float* out) {
-    out = writeRgb(record.emission, writePathRow(record, true, out));
+float* writePathParts(const PathRecord& record, float* out) {
+    out = writeRgb(record.emission, out);
     for (const Rgb& part : record.contributions) {
         out = writeRgb(part, out);
     }

@@ -13,8 +13,9 @@ namespace mbfeat {
 /// Writes the record's fields, the extended set included if asked for; returns the end.
 float* writePathRow(const PathRecord& record, bool extended, float* out);
 
-/// Fields of what writePathRowWithParts() writes: the extended ones, then what each vertex adds.
-std::vector<std::string> pathRowFieldsWithParts();
-float* writePathRowWithParts(const PathRecord& record, float* out);
+/// Names of what writePathRow() writes with the extended set, and with `parts` of what each vertex
+/// adds, which writePathParts() writes behind it.
+std::vector<std::string> pathRowFields(bool parts);
+float* writePathParts(const PathRecord& record, float* out);
 
 } // namespace mbfeat

@@ -100,13 +100,14 @@ nb::object denoiseFile(const std::string& path, const std::string& model, Denois
 
 nb::object splatArrays(const Array& hidden, const Array& light, const Array& weight,
                        const Array& bias, const std::optional<Array>& presence, bool apart,
-                       SplatLanes lanes, int threads) {
+                       SplatLanes lanes, int threads, const std::optional<Array>& alike) {
     SplatInput input;
     const bool ranks = hidden.ndim() == 4 && light.ndim() == 4 && weight.ndim() == 2 &&
-                       bias.ndim() == 1 && (!presence || presence->ndim() == 3);
+                       bias.ndim() == 1 && (!presence || presence->ndim() == 3) &&
+                       (!alike || alike->ndim() == 4);
     if (!ranks) {
         throw BindingError({"splat", "hidden and light have four dimensions, weight two, bias one, "
-                                     "presence three"});
+                                     "presence three, alike four"});
     }
     input.units = static_cast<int>(hidden.shape(0));
     input.channels = static_cast<int>(hidden.shape(1));
@@ -122,7 +123,8 @@ nb::object splatArrays(const Array& hidden, const Array& light, const Array& wei
     const std::size_t plane = hidden.shape(2) * hidden.shape(3);
     const bool fits = taps == bias.size() && weight.size() == taps * hidden.shape(1) &&
                       light.size() == hidden.shape(0) * light.shape(1) * plane &&
-                      (!presence || presence->size() == hidden.shape(0) * plane);
+                      (!presence || presence->size() == hidden.shape(0) * plane) &&
+                      (!alike || alike->size() == hidden.shape(0) * alike->shape(1) * plane);
     if (!fits) {
         throw BindingError({"splat", "the sizes of its arrays contradict each other"});
     }
@@ -130,6 +132,8 @@ nb::object splatArrays(const Array& hidden, const Array& light, const Array& wei
     input.light = light.data();
     input.weight = weight.data();
     input.bias = bias.data();
+    input.alikeChannels = alike ? static_cast<int>(alike->shape(1)) : 0;
+    input.alike = alike ? alike->data() : nullptr;
     input.presence = presence ? presence->data() : nullptr;
     input.apart = apart;
     std::vector<float> image(light.shape(1) * plane);
@@ -204,14 +208,16 @@ void bindDenoise(nb::module_& module) {
     module.def(
         "splat", &splatArrays, "hidden"_a, "light"_a, "weight"_a, "bias"_a,
         "presence"_a = nb::none(), "apart"_a = false, "lanes"_a = SplatLanes::kWide,
-        "threads"_a = 0,
+        "threads"_a = 0, "alike"_a = nb::none(),
         nb::sig(
             "def splat(hidden: NDArray[numpy.float32], light: NDArray[numpy.float32], weight: "
             "NDArray[numpy.float32], bias: NDArray[numpy.float32], presence: "
             "NDArray[numpy.float32] | None = None, apart: bool = False, lanes: SplatLanes = ..., "
-            "threads: int = 0) -> NDArray[numpy.float32]"),
+            "threads: int = 0, alike: NDArray[numpy.float32] | None = None) -> "
+            "NDArray[numpy.float32]"),
         "Kernel splatting of hidden [units, channels, h, w] and light [units, lights, h, w] with "
-        "weight [k k, channels] and bias [k k]: [lights, h, w].");
+        "weight [k k, channels] and bias [k k], and features alike [units, n, h, w] whose squared "
+        "distances are taken off the logits: [lights, h, w].");
 }
 
 } // namespace mbfeat

@@ -149,11 +149,12 @@ def test_colours_that_add_up_still_do(name: str, tmp_path: Path) -> None:
     assert np.allclose(found[0], found[1] + found[2], rtol=1e-5, atol=1e-6)
 
 
+@pytest.mark.parametrize("alike", [0, 3])
 @pytest.mark.parametrize("apart", [False, True])
 @pytest.mark.parametrize("kernel", [1, 5, 13, 17])
-def test_splat_is_that_of_pytorch(kernel: int, apart: bool) -> None:
+def test_splat_is_that_of_pytorch(kernel: int, apart: bool, alike: int) -> None:
     """On all lanes, with any number of threads, with logits that overflow an exponential."""
-    from training.model.splat import splat
+    from training.model.splat import distances, splat
 
     rng = np.random.default_rng(kernel)
     units, channels, lights, height, width = 3, 9, 5, 41, 150
@@ -161,17 +162,21 @@ def test_splat_is_that_of_pytorch(kernel: int, apart: bool) -> None:
     light = rng.random((units, lights, height, width), dtype=np.float32)
     weight = rng.normal(size=(kernel**2, channels)).astype(np.float32)
     bias = rng.normal(size=kernel**2).astype(np.float32)
+    features = rng.normal(size=(units, alike, height, width)).astype(np.float32) if alike else None
     for strength in (1.0, 100.0):
         scaled = strength * weight
         logits = np.einsum("tc,uchw->uthw", scaled, hidden) + bias[None, :, None, None]
         logits = logits.astype(np.float32)
+        if alike:
+            logits -= distances(torch.from_numpy(features), kernel).numpy()
         units_of = slice(None), None
         given = (logits[units_of], light[units_of]) if apart else (logits[None], light[None])
         expected = splat(*(torch.from_numpy(a) for a in given)).numpy()
         expected = expected.sum(axis=0)
         for lanes in (_core.SplatLanes.SCALAR, _core.SplatLanes.NARROW, _core.SplatLanes.WIDE):
-            found = _core.splat(hidden, light, scaled, bias, apart=apart, lanes=lanes, threads=2)
+            settings: dict[str, Any] = {"apart": apart, "lanes": lanes, "alike": features}
+            found = _core.splat(hidden, light, scaled, bias, threads=2, **settings)
             # The logits themselves are rounded: of hundreds, to 1e-4.
             assert np.allclose(found, expected, rtol=2e-5 * strength, atol=2e-5 * strength)
-            one = _core.splat(hidden, light, scaled, bias, apart=apart, lanes=lanes, threads=1)
+            one = _core.splat(hidden, light, scaled, bias, threads=1, **settings)
             assert np.array_equal(found, one)

@@ -15,7 +15,7 @@ from training.dataset import layout  # noqa: E402
 from training.model import encoding, inputs, losses  # noqa: E402
 from training.model.config import ConfigError, ModelConfig  # noqa: E402
 from training.model.sksn import Sksn, fold_weight_norm  # noqa: E402
-from training.model.splat import plain_splat, splat  # noqa: E402
+from training.model.splat import distances, plain_distances, plain_splat, splat  # noqa: E402
 
 SMALL: dict[str, Any] = {
     "width": 8, "unet": (8, 12), "steps": 1, "convs": 1, "kernel": 5, "weight_norm": False,
@@ -33,6 +33,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "layers": EXTENDED | {"layers": True},
     "layers, encoder": EXTENDED | {"layers": True, "vertex_encoder": 8},
     "layers, flat": EXTENDED | {"layers": True, "increments": False},
+    "affinity": EXTENDED | {"layers": True, "vertex_encoder": 8, "affinity": 3},
     "pyramid": EXTENDED | {"pyramid": 3},
     "all": EXTENDED | {"vertex_encoder": 8, "layers": True, "pyramid": 3},
 }
@@ -50,6 +51,21 @@ def plausible(features: str, n: int = 1, samples: int = 3, h: int = 13, w: int =
         if kind == "transmit":  # a path reflects or transmits
             x[:, :, i] *= 1 - x[:, :, i - 1]
     return x
+
+
+def test_distances_are_from_where_a_tap_goes() -> None:
+    """By the definition, in both forms, with the gradient of differences."""
+    torch.manual_seed(2)
+    f = torch.randn(2, 3, 5, 6, dtype=torch.float64, requires_grad=True)
+    k, r = 5, 2
+    outside = torch.nn.functional.pad(f, (2 * r,) * 4)
+    found = distances(f, k)
+    for tap in range(k * k):
+        y, x = 2 * r + r - tap // k, 2 * r + r - tap % k
+        there = outside[:, :, y : y + 5, x : x + 6]
+        torch.testing.assert_close(found[:, tap], ((f - there) ** 2).sum(dim=1))
+    torch.testing.assert_close(plain_distances(f, k), found)
+    assert torch.autograd.gradcheck(lambda g: distances(g, k), (f,))
 
 
 def slow_splat(logits: Any, radiance: Any) -> Any:

@@ -21,10 +21,10 @@ from training.dataset.shards import ShardFiles, read_item
 # Seeds apart from those of any training set.
 PLANS = {
     "test": Plan(
-        split="test", seed=9001, scenes=24, windows=1, size=128, spp=8, reference_spp=2048
+        split="test", seed=9001, scenes=20, windows=1, size=128, spp=8, reference_spp=1024
     ),
     "stages": Plan(
-        split="stages", seed=9001, scenes=3, windows=2, size=128, spp=8, reference_spp=4096
+        split="stages", seed=9001, scenes=3, windows=2, size=128, spp=8, reference_spp=2048
     ),
 }
 

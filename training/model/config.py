@@ -26,7 +26,11 @@ class ModelConfig:
     `vertex_encoder` the width of a network shared over vertices, whose outputs are summed, in place
     of the flat features (0: flat). `layers` reconstructs direct, reflected and transmitted paths
     apart with kernels of their own, and adds them. `pyramid` is the number of scales on which
-    kernels of `kernel` pixels are splatted (1: full resolution only).
+    kernels of `kernel` pixels are splatted (1: full resolution only). `affinity` is the number of
+    features, learned, in which a class at a pixel should be like itself where it is splatted to:
+    their squared distance is taken off the logit (0: logits depend on the source alone). After
+    Isik, Mullia, Fisher, Eisenmann and Gharbi, "Interactive Monte Carlo denoising using affinity of
+    neural features", 2021. It needs `layers`.
     """
 
     features: str = "paths"
@@ -45,6 +49,7 @@ class ModelConfig:
     vertex_encoder: int = 0
     layers: bool = False
     pyramid: int = 1
+    affinity: int = 0
 
     def __post_init__(self) -> None:
         if self.features not in FEATURE_SETS:
@@ -60,6 +65,11 @@ class ModelConfig:
         on = [name for name in extended if getattr(self, name)]
         if on and self.features != "extended":
             raise ConfigError(f"model.{on[0]} needs the feature set extended, not {self.features}")
+        if self.affinity and (self.affinity < 0 or self.pyramid > 1 or not self.layers):
+            raise ConfigError(
+                f"model.affinity is {self.affinity}; it needs to be positive, model.layers, and no "
+                "pyramid"
+            )
         if self.layers and self.steps > 1:
             raise ConfigError(f"model.layers needs model.steps=1, not {self.steps}")
 

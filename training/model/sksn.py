@@ -14,7 +14,7 @@ from training.model.config import ModelConfig
 from training.model.encoding import CLASSES, Encoding, Vertices, path_class
 from training.model.inputs import CHANNELS
 from training.model.pyramid import Pyramid
-from training.model.splat import splat
+from training.model.splat import distances, plain_distances, plain_splat, splat
 
 Splatter = Callable[[Tensor, Tensor], Tensor]
 
@@ -63,6 +63,7 @@ class Sksn(nn.Module):
         else:
             self.kernels = nn.Conv2d(last, config.kernel**2, 1)
         self._start_narrow()
+        self.alike = nn.Conv2d(last, config.affinity, 1, bias=False) if config.affinity else None
 
     def _start_narrow(self) -> None:
         """Untrained kernels are about a pixel wide, from which training goes faster than a box."""
@@ -151,7 +152,12 @@ class Sksn(nn.Module):
             image = self.kernels(hidden, radiance, splatter)
         else:
             logits = self.kernels(hidden.flatten(0, 1))
-            image = splatter(logits.reshape(*hidden.shape[:2], *logits.shape[1:]), radiance)
+            logits = logits.reshape(*hidden.shape[:2], *logits.shape[1:])
+            if self.alike is not None:
+                features = self.alike(hidden[:, 0])
+                apart = plain_distances if splatter is plain_splat else distances
+                logits = logits - apart(features, self.config.kernel)[:, None]
+            image = splatter(logits, radiance)
         if self.config.layers:
             image = image.reshape(n, units, *image.shape[1:]).sum(dim=1)
         return image

@@ -13,7 +13,7 @@ from typing import Any
 
 import torch
 from torch import Tensor
-from torch.nn.functional import pad
+from torch.nn.functional import fold, pad, unfold
 
 OUTSIDE = -1e4  # logit of what lies outside the image: exp() of it is 0 beside any other
 
@@ -102,6 +102,57 @@ class _Splat(torch.autograd.Function):
                     inner = spread[..., r : r + height, r : r + width]
                     to_radiance[:, s, c] = inner.sum(dim=1)
         return to_logits, to_radiance
+
+
+class _Distances(torch.autograd.Function):
+    """Feature by feature, since all at once would be `d` times the memory of all logits."""
+
+    @staticmethod
+    def forward(ctx: Any, features: Tensor, k: int) -> Tensor:
+        n, d, height, width = features.shape
+        around = _windows(pad(features, (k // 2,) * 4), k, height, width)
+        total = features.new_zeros((n, k, k, height, width))
+        for c in range(d):
+            change = around[:, c] - features[:, c, None, None]
+            total.addcmul_(change, change)
+        ctx.save_for_backward(features)
+        ctx.k = k
+        # Windows look towards the pixels from which a tap comes, not those that it goes to.
+        return total.reshape(n, k * k, height, width).flip(1)
+
+    @staticmethod
+    def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, None]:
+        (features,) = ctx.saved_tensors
+        k, r = ctx.k, ctx.k // 2
+        n, d, height, width = features.shape
+        around = _windows(pad(features, (r,) * 4), k, height, width)
+        gradient = 2.0 * gradients[0].flip(1).reshape(n, k, k, height, width)
+        to_features = torch.empty_like(features)
+        for c in range(d):
+            change = (around[:, c] - features[:, c, None, None]) * gradient
+            columns = change.reshape(n, k * k, height * width)
+            back = fold(columns, (height + 2 * r, width + 2 * r), k)[:, 0]
+            to_features[:, c] = back[:, r : r + height, r : r + width] - columns.sum(dim=1).reshape(
+                n, height, width
+            )
+        return to_features, None
+
+
+def distances(features: Tensor, k: int) -> Tensor:
+    """Squared distances [n, k k, h, w] of features [n, d, h, w] at a pixel from those at its taps.
+
+    Outside the image features are zero.
+    """
+    found: Tensor = _Distances.apply(features.contiguous(), k)
+    return found
+
+
+def plain_distances(features: Tensor, k: int) -> Tensor:
+    """The same in plain operators, which ONNX has."""
+    n, d, height, width = features.shape
+    around = unfold(features, k, padding=k // 2).reshape(n, d, k * k, height * width).flip(2)
+    change = features.reshape(n, d, 1, height * width) - around
+    return (change**2).sum(dim=1).reshape(n, k * k, height, width)
 
 
 def splat(logits: Tensor, radiance: Tensor) -> Tensor:

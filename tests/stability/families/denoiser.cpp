@@ -29,7 +29,7 @@ using test::TestRandom;
 /// A splat's arrays, and what it should give in double precision.
 struct Splat {
     SplatInput in;
-    std::vector<float> hidden, light, weight, bias;
+    std::vector<float> hidden, light, weight, bias, alike;
 
     Splat(int width, int height, int units, int kernel, int channels = 7) {
         in.width = width;
@@ -58,6 +58,7 @@ struct Splat {
         in.light = light.data();
         in.weight = weight.data();
         in.bias = bias.data();
+        in.alike = alike.data();
         std::vector<float> out(3 * pixels());
         ThreadPool pool(1);
         splat(in, {0, 0, in.width, in.height}, out.data(), pool, nullptr, lanes);
@@ -88,6 +89,29 @@ struct Splat {
         return sum;
     }
 
+    /// Gives units features of multiples of `step`: their squared distances are exact.
+    void setAlike(int channels, float step) {
+        in.alikeChannels = channels;
+        alike.resize(static_cast<std::size_t>(in.units) * static_cast<std::size_t>(channels) *
+                     pixels());
+        int i = 0;
+        for (float& value : alike) {
+            value = step * static_cast<float>(++i * 7 % 11 - 5);
+        }
+    }
+
+    double distance(int unit, int x, int y, int sourceX, int sourceY) const {
+        double sum = 0.0;
+        for (int c = 0; c < in.alikeChannels; ++c) {
+            const auto value = [&](int px, int py) {
+                return static_cast<double>(alike[at(unit, c, in.alikeChannels, px, py)]);
+            };
+            const double change = value(x, y) - value(sourceX, sourceY);
+            sum += change * change;
+        }
+        return sum;
+    }
+
     /// The definition, with the largest logit known beforehand.
     double truth(int channel, int x, int y) const {
         const int r = in.kernel / 2;
@@ -98,7 +122,7 @@ struct Splat {
                     const int sx = x - r + i, sy = y - r + j;
                     if (sx >= 0 && sy >= 0 && sx < in.width && sy < in.height) {
                         arriving.emplace_back(
-                            logit(unit, j * in.kernel + i, sx, sy),
+                            logit(unit, j * in.kernel + i, sx, sy) - distance(unit, x, y, sx, sy),
                             static_cast<double>(light[at(unit, channel, 3, sx, sy)]));
                     }
                 }
@@ -170,6 +194,16 @@ void addSplats(Catalogue& catalogue) {
                                  compareSplat(report, splat);
                              }});
     };
+    for (const auto& [name, step] :
+         {std::pair("few", 0.125F), std::pair("thousands", 32.0F), std::pair("1e14", 1048576.0F)}) {
+        catalogue.push_back({std::string("denoiser/splat-distances-") + name, kSplatCheck, 5e-6,
+                             "exact distances; logits up to 2, rounded to 1e-6 with them",
+                             [step = step](Report& report) {
+                                 Splat splat(19, 8, 3, 5, 1);
+                                 splat.setAlike(4, step);
+                                 compareSplat(report, splat);
+                             }});
+    }
     const char* const exact = "exact logits, rounding of exponentials and sums";
     scaled("logits-1", 1.0F, 2e-6, exact);
     scaled("logits-1e4", 13334.0F, 2e-6, exact);
@@ -235,25 +269,25 @@ void addEncoders(Catalogue& catalogue) {
                      const PathEncoder encoder = randomEncoder(shared);
                      TestRandom random(8);
                      std::vector<float> channels(static_cast<std::size_t>(extended::kChannels) *
-                                                 kEncoderGroup);
+                                                 kPathGroup);
                      for (int c = 0; c < extended::kChannels; ++c) {
                          const bool isBit = (c >= extended::kValid && c < extended::kExtended) ||
                                             c >= extended::kEvents;
                          const bool isLight = c < 3 || c == 5;
-                         for (int lane = 0; lane < kEncoderGroup; ++lane) {
+                         for (int lane = 0; lane < kPathGroup; ++lane) {
                              const float u = random.nextFloat();
-                             channels[static_cast<std::size_t>(c) * kEncoderGroup +
+                             channels[static_cast<std::size_t>(c) * kPathGroup +
                                       static_cast<std::size_t>(lane)] =
                                  isBit ? (u < 0.5F ? 0.0F : 1.0F)
                                        : u * (isLight ? input.strength : 1.0F);
                          }
                      }
                      const auto width = static_cast<std::size_t>(encoder.width());
-                     std::vector<float> found(width * kEncoderGroup);
-                     std::array<PathClass, kEncoderGroup> classes{};
-                     encodePaths(encoder, channels.data(), kEncoderGroup, found.data(),
+                     std::vector<float> found(width * kPathGroup);
+                     std::array<PathClass, kPathGroup> classes{};
+                     encodePaths(encoder, channels.data(), kPathGroup, found.data(),
                                  classes.data());
-                     for (int lane = 0; lane < kEncoderGroup; ++lane) {
+                     for (int lane = 0; lane < kPathGroup; ++lane) {
                          PathEncoderLanes<double> exact(encoder, channels.data() + lane);
                          const double* const truth = exact.run();
                          double largest = 0.0;
