@@ -2,6 +2,7 @@
 
     python -m training.evaluate [--model NAME=FILE ...] [--json FILE] [--sheet FILE.png]
         [--equal-time]
+    python -m training.evaluate --page RESULT.json      # writes the documentation's page
 
 Prints the metrics of each class, then the ratios paths/gbuffer and best/oidn over all images at the
 larger number of samples. Without --model the networks that come with MBFeat are compared: gbuffer,
@@ -14,6 +15,7 @@ installed.
 from __future__ import annotations
 
 import argparse
+import datetime
 import json
 import os
 import sys
@@ -25,11 +27,12 @@ from typing import Any
 from mbfeat import metrics
 from mbfeat.devtools.layout import this_layout
 from mbfeat.files import write_whole
+from mbfeat.machine import cpu_name
 from training.dataset.plan import PlanError
 from training.dataset.reader import Dataset, Item
 from training.dataset.references import ReferencesError
 from training.dataset.shards import ShardError
-from training.evaluation import methods, networks, report, statistics
+from training.evaluation import methods, networks, page, report, statistics
 from training.evaluation.data import PLANS, DataError, dataset, with_samples
 from training.evaluation.methods import BEST, OIDN_BEST, Method
 from training.evaluation.statistics import Row
@@ -56,8 +59,12 @@ def main(arguments: list[str] | None = None) -> int:
         action="store_true",
         help="also give the faster of best and oidn the difference as extra samples",
     )
+    parser.add_argument("--page", type=Path, metavar="RESULT", help="a JSON file of a comparison")
     options = parser.parse_args(arguments)
     try:
+        if options.page:
+            print(f"wrote {page.write(_result(options.page), options.page)}")
+            return 0
         comparison = Comparison(options)
         comparison.run()
     except (
@@ -78,6 +85,14 @@ def main(arguments: list[str] | None = None) -> int:
     if options.sheet:
         report.sheet(options.sheet, comparison.strips)
     return 0
+
+
+def _result(file: Path) -> dict[str, Any]:
+    try:
+        content: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ValueError(f"--page {file}: it is no result of a comparison: {error}") from error
+    return content
 
 
 class Comparison:
@@ -175,8 +190,11 @@ class Comparison:
                 "median": floors[len(floors) // 2],
             },
             "threads": self._options.threads or os.cpu_count(),
-            "networks": {name: str(file) for name, file in self._networks.items()},
+            "networks": {name: file.name for name, file in self._networks.items()},
             "load_average": os.getloadavg()[0],
+            "date": datetime.date.today().isoformat(),
+            "processor": cpu_name(),
+            "sheet": str(self._options.sheet) if self._options.sheet else None,
         }
 
 

@@ -16,7 +16,7 @@ from training.dataset.layout import BYTES, HALF, SPECULAR, channels
 from training.dataset.plan import Plan
 from training.dataset.reader import Item
 from training.dataset.references import References
-from training.evaluation import auxiliary, data, networks, report
+from training.evaluation import auxiliary, data, networks, page, report
 from training.evaluation.statistics import Row, ratio
 
 
@@ -138,6 +138,8 @@ def test_networks_that_cannot_be_run_are_named(
             file.write_bytes(b"no network")
         assert evaluate.main(["--model", f"best={file}", "--data", str(tmp_path)]) == 1
         assert name in capsys.readouterr().err
+    assert evaluate.main(["--page", str(tmp_path / "none.json")]) == 1
+    assert "none.json: it is no result" in capsys.readouterr().err
     assert evaluate.main(["--model", "best", "--data", str(tmp_path)]) == 1
     assert "write NAME=FILE" in capsys.readouterr().err
 
@@ -149,7 +151,10 @@ def test_kept_references_are_of_the_windows_that_are_compared() -> None:
 
 
 def test_command_compares_trained_networks(
-    few_windows: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    few_windows: None,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     torch = pytest.importorskip("torch", reason="torch is only in ./run training's environment")
     from training import checkpoints
@@ -175,5 +180,14 @@ def test_command_compares_trained_networks(
     assert {g["group"] for g in content["groups"]} >= {"vitrine", "aquarium", "livingroom", "all"}
     assert "livingroom, 4 samples a pixel, 1 images" in capsys.readouterr().out
     assert (tmp_path / "sheet.png").exists()
+    monkeypatch.setattr(page, "DOCS", tmp_path / "docs")
+    assert evaluate.main(["--page", str(out)]) == 0
+    text = (tmp_path / "docs" / "comparison.md").read_text()
+    found = content["ratios"]["paths/gbuffer"]["MSE"]
+    aim = page.AIMS["paths/gbuffer"]["MSE"]
+    assert f"| paths/gbuffer | MSE | {found:.3f} |" in text
+    assert f"{aim:g}: " + ("reached" if found <= aim else f"missed by {found - aim:.3f}") in text
+    assert "| vitrine |" in text and "(images/comparison.png)" in text
+    assert (tmp_path / "docs" / "images" / "comparison.png").exists()
     again = data.with_samples(data.dataset(tmp_path / "data", "test"), 0, 6, threads=1)
     assert again.half.shape[0] == 6

@@ -8,4 +8,5 @@
 | `data` | the windows to compare on, rendered from seeds; `references/` has their references |
 | `statistics` | means by group, ratios and bootstrap intervals |
 | `report` | the table, JSON, and the sheet of crops |
+| `page` | the documentation's page of a result |
 """

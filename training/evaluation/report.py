@@ -16,6 +16,7 @@ from training.evaluation.statistics import Interval, Row, mean
 
 Ratios = dict[str, dict[str, Interval]]
 CROP, HEADER = 192, 16
+QUALITY = 92  # of a JPEG
 
 
 def table(rows: Sequence[Row], ratios: Ratios) -> str:
@@ -85,7 +86,7 @@ def as_json(rows: Sequence[Row], ratios: Ratios, about: Mapping[str, Any]) -> di
 
 
 def sheet(path: Path, strips: Sequence[tuple[str, Mapping[str, NDArray[np.floating]]]]) -> None:
-    """Writes a PNG: one row an image, one column a method, each named.
+    """Writes a PNG or JPEG: one row an image, one column a method, each named.
 
     All of a row have the same exposure, that of the reference, which is the last column.
     """
@@ -106,6 +107,6 @@ def sheet(path: Path, strips: Sequence[tuple[str, Mapping[str, NDArray[np.floati
             )
             draw.text((place[0] + 3, place[1] + 2), f"{title}: {name}" if not column else name)
     path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f"{path.stem}.partial.png")
-    picture.save(partial, optimize=True)
+    partial = path.with_name(f"{path.stem}.partial{path.suffix}")
+    picture.save(partial, optimize=True, quality=QUALITY)
     partial.replace(path)
