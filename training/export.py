@@ -32,7 +32,7 @@ from training.checkpoints import CheckpointError, Trained, load_model  # noqa: E
 from training.model.config import ModelConfig  # noqa: E402
 from training.model.inputs import CHANNELS  # noqa: E402
 from training.model.pyramid import Pyramid  # noqa: E402
-from training.model.sksn import Sksn, fold_weight_norm  # noqa: E402
+from training.model.sksn import Sksn, fold_weight_norm, mean_albedo, modulated  # noqa: E402
 from training.model.splat import distances, plain_splat, splat  # noqa: E402
 
 OPSET = 18
@@ -59,6 +59,10 @@ class Contract:
       samples are in a class. The file's own takes `classes` and gives the classes' `hidden`,
       `weight` and `bias`, and where `affinity` is not 0 also `alike` [classes, affinity, h, w]: the
       squared distance of a class's from its own where it is splatted to is taken off its logit.
+      With `demodulated` the first graph also gives `divisor` [samples, 3, h, w]: radiance divided
+      by it is splatted too, what arrives is multiplied by the class's mean divisor of the pixel,
+      and counts as much as the second graph's `gate` [classes, h, w] says; the plain radiance
+      counts for the rest, and for all of it in classes that the pixel has no sample of.
       Each class's share of the radiance is splatted apart, and added. It has
       `classPlanes` sums a class, and where the renderer can compute them without the graph also
       an entry mbfeat:encoder, see `encoder_bytes`.
@@ -75,6 +79,7 @@ class Contract:
     receptiveField: int  # noqa: N815 - the name of the metadata's entry
     classPlanes: int  # noqa: N815
     affinity: int
+    demodulated: int
     workingFloats: int  # noqa: N815
     format: int = FORMAT
 
@@ -116,9 +121,11 @@ class _Sums(nn.Module):
         super().__init__()
         self.model = model
 
-    def forward(self, samples: Tensor, share: Tensor) -> tuple[Tensor, Tensor]:
+    def forward(self, samples: Tensor, share: Tensor) -> tuple[Tensor, ...]:
         classes, mask = self.model.class_sums(samples[None], share[None])
-        return classes[0], mask[0]
+        divided = self.model.config.demodulated
+        divisors = (self.model.divisors(samples[None])[0],) if divided else ()
+        return classes[0], mask[0], *divisors
 
 
 class _OfClasses(nn.Module):
@@ -129,7 +136,8 @@ class _OfClasses(nn.Module):
     def forward(self, classes: Tensor) -> tuple[Tensor, ...]:
         hidden = self.model.of_classes(classes[None])[0]
         alike = () if self.model.alike is None else (self.model.alike(hidden),)
-        return hidden, *_last_layer(self.model), *alike
+        gate = () if self.model.gate is None else (self.model.gates(hidden)[:, 0],)
+        return hidden, *_last_layer(self.model), *alike, *gate
 
 
 def contract(config: ModelConfig, *, whole: bool) -> Contract:
@@ -144,6 +152,7 @@ def contract(config: ModelConfig, *, whole: bool) -> Contract:
         receptiveField=config.context_field,
         classPlanes=config.width + 1 if config.layers else 0,
         affinity=config.affinity,
+        demodulated=int(config.demodulated),
         workingFloats=working * (3 if config.layers else 1),
     )
 
@@ -178,7 +187,8 @@ def export(
     elif facts.kind == "hidden":
         graph = _traced(_Hidden(model), {"samples": samples, "share": share}, last)
     else:
-        sums = _traced(_Sums(model), {"samples": samples, "share": share}, ["classes", "mask"])
+        names = ["classes", "mask", *(["divisor"] if model.config.demodulated else [])]
+        sums = _traced(_Sums(model), {"samples": samples, "share": share}, names)
         if half:
             _narrow(sums)
         entries[f"{PREFIX}samples"] = base64.b64encode(sums.SerializeToString()).decode()
@@ -188,6 +198,8 @@ def export(
             classes = model.class_sums(samples[None], share[None])[0][0]
         if model.alike is not None:
             last.append("alike")
+        if model.gate is not None:
+            last.append("gate")
         graph = _traced(_OfClasses(model), {"classes": classes}, last)
     import onnx
 
@@ -250,10 +262,18 @@ def _traced(module: nn.Module, inputs: dict[str, Tensor], outputs: list[str]) ->
     import onnx
 
     axes: dict[str, dict[int, str]] = {}
-    for name in ("samples", "share", "classes", "mask", "hidden", "alike"):
+    for name in ("samples", "share", "classes", "mask", "divisor", "hidden", "alike"):
         if name in inputs or name in outputs:
             axes[name] = {2: "height", 3: "width"}
-    for name in ("samples", "share", "mask", *(["hidden"] if "samples" in inputs else [])):
+    if "gate" in outputs:
+        axes["gate"] = {1: "height", 2: "width"}
+    for name in (
+        "samples",
+        "share",
+        "mask",
+        "divisor",
+        *(["hidden"] if "samples" in inputs else []),
+    ):
         if name in axes:
             axes[name][0] = "samples"
     if "image" in outputs:
@@ -304,20 +324,37 @@ def run(path: Path, samples: NDArray[np.float32], *, threads: int = 0) -> NDArra
     given = {"samples": samples, "share": share}
     light = samples[:, :3]
     if kind == "layered":
-        sums = open_session(base64.b64decode(entries[f"{PREFIX}samples"]), threads)
-        classes, mask = sums.run(None, given)
-        hidden, weight, bias, *alike = session.run(None, {"classes": classes})
-        light = np.einsum("schw,skhw->ckhw", mask * share, light)
-    else:
-        hidden, weight, bias = session.run(None, given)
-    logits = np.einsum("tc,uchw->uthw", weight, hidden) + bias[None, :, None, None]
-    units = torch.from_numpy(logits.astype(np.float32))
+        return _run_layered(session, entries, given, threads)
+    units = _logits(*session.run(None, given))
     values = torch.from_numpy(np.ascontiguousarray(light))
-    if kind == "layered":
-        for features in alike:
-            units = units - distances(torch.from_numpy(features), round(len(bias) ** 0.5))
-        return np.asarray(splat(units[:, None], values[:, None]).sum(dim=0).numpy())
     return np.asarray(splat(units[None], values[None])[0].numpy())
+
+
+def _logits(hidden: Any, weight: Any, bias: Any) -> Tensor:
+    logits = np.einsum("tc,uchw->uthw", weight, hidden) + bias[None, :, None, None]
+    return torch.from_numpy(logits.astype(np.float32))
+
+
+def _run_layered(
+    session: Any, entries: dict[str, str], given: dict[str, Any], threads: int
+) -> NDArray[np.float32]:
+    sums = open_session(base64.b64decode(entries[f"{PREFIX}samples"]), threads)
+    classes, mask, *divisor = (torch.from_numpy(a) for a in sums.run(None, given))
+    names = [output.name for output in session.get_outputs()]
+    found = dict(zip(names, session.run(None, {"classes": classes.numpy()}), strict=True))
+    logits = _logits(found["hidden"], found["weight"], found["bias"])
+    if "alike" in found:
+        kernel = round(len(found["bias"]) ** 0.5)
+        logits = logits - distances(torch.from_numpy(found["alike"]), kernel)
+    weight = mask * torch.from_numpy(given["share"])
+    samples = torch.from_numpy(given["samples"])[:, :3]
+    lights = [samples, *(samples / by for by in divisor)]
+    light = torch.einsum("schw,skhw->ckhw", weight, torch.cat(lights, dim=1))
+    parts = splat(logits[:, None], light[:, None].contiguous())[None]
+    if divisor:
+        gate = torch.from_numpy(found["gate"])[None, :, None]
+        parts = modulated(parts, gate, mean_albedo(divisor[0][None], weight[None]))
+    return np.asarray(parts[0].sum(dim=0).numpy())
 
 
 def difference(model: Sksn, path: Path, samples: Tensor) -> float:

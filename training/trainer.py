@@ -82,12 +82,7 @@ class Trainer:
         self.model = Sksn(config.model)
         self.origin = initial.origin if initial else None
         if initial:
-            try:
-                self.model.load_state_dict(initial.weights)
-            except RuntimeError as error:
-                raise TrainingError(
-                    f"{initial.origin['file']} is a network of another configuration: {error}"
-                ) from error
+            self._begin_with(initial)
         self.average = {n: p.detach().clone() for n, p in self.model.state_dict().items()}
         o = config.optimisation
         self.optimiser = torch.optim.AdamW(
@@ -101,6 +96,21 @@ class Trainer:
         share = config.data.batch // self.processes.count
         first = self.processes.rank * share
         self.slots = range(first, first + share)
+
+    def _begin_with(self, initial: Initial) -> None:
+        """Parameters that the file's network does not have stay as they are made."""
+        try:
+            left = self.model.load_state_dict(initial.weights, strict=False)
+        except RuntimeError as error:
+            raise TrainingError(
+                f"{initial.origin['file']} is a network of another configuration: {error}"
+            ) from error
+        new = sorted({name.rpartition(".")[0] for name in left.missing_keys})
+        if left.unexpected_keys or set(new) - {"alike", "gate"}:
+            names = ", ".join([*left.unexpected_keys, *left.missing_keys])
+            raise TrainingError(
+                f"{initial.origin['file']} is a network of another configuration: {names}"
+            )
 
     # One step
 

@@ -34,6 +34,8 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "layers, encoder": EXTENDED | {"layers": True, "vertex_encoder": 8},
     "layers, flat": EXTENDED | {"layers": True, "increments": False},
     "affinity": EXTENDED | {"layers": True, "vertex_encoder": 8, "affinity": 3},
+    "demodulated": EXTENDED
+    | {"layers": True, "vertex_encoder": 8, "affinity": 3, "demodulated": True},
     "pyramid": EXTENDED | {"pyramid": 3},
     "all": EXTENDED | {"vertex_encoder": 8, "layers": True, "pyramid": 3},
 }
@@ -146,10 +148,32 @@ def test_every_variant_takes_any_size_and_number_of_samples(name: str) -> None:
         x = plausible(config.features, 2, samples, h, w)
         image = model(x)
         assert image.shape == (2, 3, h, w) and torch.isfinite(image).all()
-        # Weighted means of radiance are within its range; of layers, their sum is.
-        assert image.min() >= 0 and image.max() <= 1 + 1e-4
+        # Weighted means of radiance are within its range; of layers, their sum is. Of divided
+        # radiance they are within the range of that.
+        most = 1 / encoding.LEAST_ALBEDO if config.demodulated else 1 + 1e-4
+        assert image.min() >= 0 and image.max() <= most
     image.sum().backward()
     assert all(p.grad is not None for p in model.parameters())
+
+
+def test_demodulated_light_leaves_textures_as_they_are() -> None:
+    """Evenly lit paths of any albedo: what arrives is the pixel's own mean, from any kernel."""
+    torch.manual_seed(7)
+    model = Sksn(ModelConfig(**VARIANTS["demodulated"]))
+    assert model.gate is not None and model.gate.bias is not None
+    with torch.no_grad():
+        model.gate.weight.zero_()
+        model.gate.bias.fill_(40.0)
+    x = plausible("extended", samples=4)
+    names = inputs.CHANNELS["extended"]
+    events = [i for i, name in enumerate(names) if name.partition(":")[0] in inputs.EVENT_BITS]
+    x[:, :, events] = 0.0
+    x[:, :, names.index("valid:0")] = 1.0
+    first = names.index("mbfeat:throughput:0.R")
+    x[:, :, first : first + 3] = 1.0
+    albedo = x[:, :, names.index("mbfeat:albedo:0.R") :][:, :, :3]
+    x[:, :, :3] = 0.7 * albedo.clamp(min=encoding.LEAST_ALBEDO)
+    torch.testing.assert_close(model(x), x[:, :, :3].mean(dim=1))
 
 
 @pytest.mark.parametrize("name", VARIANTS)

@@ -31,6 +31,9 @@ class ModelConfig:
     their squared distance is taken off the logit (0: logits depend on the source alone). After
     Isik, Mullia, Fisher, Eisenmann and Gharbi, "Interactive Monte Carlo denoising using affinity of
     neural features", 2021. It needs `layers`.
+    `demodulated` also splats radiance divided by the albedo of the first vertex that is no mirror
+    nor clear glass, multiplies what arrives by the albedo there, and mixes both as it has learned
+    to: textures need not be told from noise. It needs `layers` too.
     """
 
     features: str = "paths"
@@ -50,6 +53,7 @@ class ModelConfig:
     layers: bool = False
     pyramid: int = 1
     affinity: int = 0
+    demodulated: bool = False
 
     def __post_init__(self) -> None:
         if self.features not in FEATURE_SETS:
@@ -70,6 +74,8 @@ class ModelConfig:
                 f"model.affinity is {self.affinity}; it needs to be positive, model.layers, and no "
                 "pyramid"
             )
+        if self.demodulated and (self.pyramid > 1 or not self.layers):
+            raise ConfigError("model.demodulated needs model.layers, and no pyramid")
         if self.layers and self.steps > 1:
             raise ConfigError(f"model.layers needs model.steps=1, not {self.steps}")
 

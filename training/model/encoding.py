@@ -17,6 +17,7 @@ COUNT = len(VERTICES)
 FLAT = len(COMMON) + len(FEATURES)
 DEPTH_SCALE = 0.3
 EXTENDED_PER_VERTEX = len(EXTENDED) // COUNT  # roughness, distance, throughput
+LEAST_ALBEDO, MOST_ALBEDO = 0.05, 4.0
 CLASSES = 3  # paths that are direct, reflected, transmitted
 
 
@@ -78,6 +79,18 @@ def first_non_delta(v: Vertices) -> Tensor:
         parts.append(here * row)
         before = before * (1.0 - here)
     return torch.stack(parts).sum(dim=0)
+
+
+def demodulator(v: Vertices) -> Tensor:
+    """Albedo [n, 3, h, w] that a path's radiance is divided by: 1 where there is none.
+
+    That of the first vertex that is neither mirror nor clear glass, tinted by those before it. Not
+    too small, or light that black things scatter at their surfaces would become too large.
+    """
+    found = first_non_delta(v)
+    albedo = found[:, 0:3] * found[:, 7:10]
+    albedo = torch.clamp(albedo, LEAST_ALBEDO, MOST_ALBEDO)
+    return torch.where(found[:, 10:11] > 0.5, albedo, torch.ones_like(albedo))
 
 
 class Encoding(nn.Module):

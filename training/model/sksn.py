@@ -11,11 +11,12 @@ from torch.nn.utils import parametrize
 
 from training.model.blocks import UNet, pointwise
 from training.model.config import ModelConfig
-from training.model.encoding import CLASSES, Encoding, Vertices, path_class
+from training.model.encoding import CLASSES, Encoding, Vertices, demodulator, path_class
 from training.model.inputs import CHANNELS
 from training.model.pyramid import Pyramid
 from training.model.splat import distances, plain_distances, plain_splat, splat
 
+GATE_BIAS = -1.0  # training begins with little demodulation
 Splatter = Callable[[Tensor, Tensor], Tensor]
 
 
@@ -24,12 +25,15 @@ class Hidden(NamedTuple):
 
     `hidden` [n, units, width, h, w] and `radiance` [n, units, 3, h, w]; units are the samples, or
     with `layers` the three classes, splatted apart and added. `embedding` [n, width, h, w] is the
-    mean over samples after the first step, for the manifold loss.
+    mean over samples after the first step, for the manifold loss. With `demodulated` radiance has
+    three more channels, divided by the albedo, whose mean is `albedo` [n, units, 3, h, w], 0 in
+    units that have no sample.
     """
 
     hidden: Tensor
     radiance: Tensor
     embedding: Tensor
+    albedo: Tensor | None = None
 
 
 class Sksn(nn.Module):
@@ -64,6 +68,9 @@ class Sksn(nn.Module):
             self.kernels = nn.Conv2d(last, config.kernel**2, 1)
         self._start_narrow()
         self.alike = nn.Conv2d(last, config.affinity, 1, bias=False) if config.affinity else None
+        self.gate = nn.Conv2d(last, 1, 1) if config.demodulated else None
+        if self.gate is not None and self.gate.bias is not None:
+            nn.init.constant_(self.gate.bias, GATE_BIAS)
 
     def _start_narrow(self) -> None:
         """Untrained kernels are about a pixel wide, from which training goes faster than a box."""
@@ -93,8 +100,15 @@ class Sksn(nn.Module):
             share = x.new_full((n, samples, 1, 1, 1), 1.0 / samples)
         if self.config.layers:
             classes, mask = self.class_sums(x, share)
-            light = (share * mask)[:, :, :, None] * x[:, :, None, :3]
-            return Hidden(self.of_classes(classes), light.sum(dim=1), _embedding(classes))
+            weight = (share * mask)[:, :, :, None]
+            light = (weight * x[:, :, None, :3]).sum(dim=1)
+            albedo = None
+            if self.config.demodulated:
+                divisor = self.divisors(x)
+                divided = (weight * (x[:, :, :3] / divisor)[:, :, None]).sum(dim=1)
+                light = torch.cat([light, divided], dim=2)
+                albedo = mean_albedo(divisor, share * mask)
+            return Hidden(self.of_classes(classes), light, _embedding(classes), albedo)
         flat = x.flatten(0, 1)
         e = self.encoding(flat)
         context, first = e, e
@@ -124,6 +138,11 @@ class Sksn(nn.Module):
             weight = weights[:, :, c : c + 1]
             sums.append(torch.cat([(weight * rows).sum(dim=1), weight.sum(dim=1)], dim=1))
         return torch.stack(sums, dim=1), mask
+
+    def divisors(self, x: Tensor) -> Tensor:
+        """What radiance is divided by [n, samples, 3, h, w]."""
+        n, samples = x.shape[:2]
+        return demodulator(Vertices(x.flatten(0, 1))).reshape(n, samples, 3, *x.shape[3:])
 
     def of_classes(self, classes: Tensor) -> Tensor:
         """The hidden features [n, classes, width, h, w] of what class_sums() gives."""
@@ -159,13 +178,37 @@ class Sksn(nn.Module):
                 logits = logits - apart(features, self.config.kernel)[:, None]
             image = splatter(logits, radiance)
         if self.config.layers:
-            image = image.reshape(n, units, *image.shape[1:]).sum(dim=1)
+            parts = image.reshape(n, units, *image.shape[1:])
+            if self.gate is not None and state.albedo is not None:
+                gate = self.gates(state.hidden.flatten(0, 1)).reshape(n, units, 1, *parts.shape[3:])
+                parts = modulated(parts, gate, state.albedo)
+            image = parts.sum(dim=1)
         return image
+
+    def gates(self, hidden: Tensor) -> Tensor:
+        """How much of what is splatted is demodulated, 0..1 [n, 1, h, w]."""
+        assert self.gate is not None
+        return torch.sigmoid(self.gate(hidden))
 
     @property
     def parameter_count(self) -> int:
         """Trained numbers."""
         return sum(p.numel() for p in self.parameters())
+
+
+def mean_albedo(divisor: Tensor, weight: Tensor) -> Tensor:
+    """Means [n, units, 3, h, w] of divisor [n, samples, 3, h, w]; 0 where a unit has no sample.
+
+    By weight [n, samples, units, h, w].
+    """
+    total = (weight[:, :, :, None] * divisor[:, :, None]).sum(dim=1)
+    return total / weight.sum(dim=1)[:, :, None].clamp(min=1e-9)
+
+
+def modulated(parts: Tensor, gate: Tensor, albedo: Tensor) -> Tensor:
+    """Radiance of splatted plain and divided radiance [n, units, 6, h, w]."""
+    gate = gate * (albedo > 0.0)
+    return (1.0 - gate) * parts[:, :, :3] + gate * albedo * parts[:, :, 3:]
 
 
 def _embedding(classes: Tensor) -> Tensor:
