@@ -25,8 +25,9 @@ splatTileOnLanes(const mbfeat::SplatInput* input, const mbfeat::SplatTile* tile,
 
 extern "C" __attribute__((visibility("default"))) void
 encodeOnLanes(const mbfeat::PathEncoder* encoder, const float* channels, int count,
-              float* embeddings) {
-    mbfeat::encodePathsOnLanes<xsimd::batch<float>>(*encoder, channels, count, embeddings);
+              float* embeddings, float* divisors) {
+    mbfeat::encodePathsOnLanes<xsimd::batch<float>>(*encoder, channels, count, embeddings,
+                                                    divisors);
 }
 
 extern "C" __attribute__((visibility("default"))) std::uint32_t

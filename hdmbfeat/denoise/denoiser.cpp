@@ -123,9 +123,11 @@ protected:
         return std::max(static_cast<std::int64_t>(std::sqrt(pixels)) - 2 * margin, kLeast);
     }
 
-    /// Splats a tile's units, and puts its core into the image.
+    /// Splats a tile's units, and puts its core into the image. `divisors` are of classes, which
+    /// have a softmax each; null: units are samples, which share one.
     void spread(const Tile& tile, const OnnxSession::Outputs& network,
-                const std::vector<float>& light, const float* presence, bool apart) {
+                const std::vector<float>& light, const float* presence,
+                const std::vector<float>* divisors) {
         const Clock::time_point begin = Clock::now();
         const TensorView& hidden = network[0];
         SplatInput input;
@@ -133,7 +135,8 @@ protected:
         input.height = static_cast<int>(height(tile.region));
         input.units = static_cast<int>(hidden.shape.empty() ? 0 : hidden.shape[0]);
         input.channels = static_cast<int>(hidden.shape.size() == 4 ? hidden.shape[1] : 0);
-        input.lights = static_cast<int>(lightChannels_);
+        const std::size_t lights = lightChannels_ * (contract_.demodulated != 0 ? 2 : 1);
+        input.lights = static_cast<int>(lights);
         input.kernel = contract_.kernel;
         const auto kernel = static_cast<std::size_t>(input.kernel);
         const std::size_t taps = kernel * kernel;
@@ -141,9 +144,12 @@ protected:
         input.alikeChannels = contract_.affinity;
         const std::size_t alike =
             units * static_cast<std::size_t>(contract_.affinity) * area(tile.region);
+        const bool divided = contract_.demodulated != 0;
+        const std::size_t gate = alike > 0 ? 4 : 3; // among the outputs
         if ((alike > 0 && network[3].size() != alike) ||
+            (divided && network[gate].size() != units * area(tile.region)) ||
             hidden.size() != units * static_cast<std::size_t>(input.channels) * area(tile.region) ||
-            units * lightChannels_ * area(tile.region) != light.size() ||
+            units * lights * area(tile.region) != light.size() ||
             network[1].size() != taps * static_cast<std::size_t>(input.channels) ||
             network[2].size() != taps) {
             failure_ = Error{model_.file(),
@@ -157,7 +163,11 @@ protected:
         input.bias = network[2].data;
         input.alike = alike > 0 ? network[3].data : nullptr;
         input.presence = presence;
-        input.apart = apart;
+        input.apart = divisors != nullptr;
+        if (divided && divisors != nullptr) {
+            input.gate = network[gate].data;
+            input.divisor = divisors->data();
+        }
         std::vector<float> image(lightChannels_ * area(tile.region));
         const SplatTile core{tile.core.x0 - tile.region.x0, tile.core.y0 - tile.region.y0,
                              tile.core.x1 - tile.region.x0, tile.core.y1 - tile.region.y0};
@@ -205,11 +215,11 @@ public:
 
 private:
     void reconstruct(const Tile& tile) {
-        std::vector<float> classes, light;
-        sums_.means(tile.region.x0, tile.region.y0, tile.region.x1, tile.region.y1, classes, light);
+        PathSums::Means means =
+            sums_.means(tile.region.x0, tile.region.y0, tile.region.x1, tile.region.y1);
         const Clock::time_point begin = Clock::now();
         Result<OnnxSession::Outputs> outputs =
-            model_.graph().run({{classes.data(),
+            model_.graph().run({{means.classes.data(),
                                  {kPathClasses, static_cast<std::int64_t>(sums_.planes()),
                                   height(tile.region), width(tile.region)}}});
         result_.inferenceSeconds += secondsSince(begin);
@@ -217,7 +227,7 @@ private:
             failure_ = outputs.error();
             return;
         }
-        spread(tile, outputs.value(), light, nullptr, true);
+        spread(tile, outputs.value(), means.light, nullptr, &means.divisor);
     }
 
     const PathSums& sums_;
@@ -276,7 +286,7 @@ private:
             failure_ = outputs.error();
             return;
         }
-        spread(tile, outputs.value(), light, shares.data(), false);
+        spread(tile, outputs.value(), light, shares.data(), nullptr);
     }
 
     template <class PixelAt>

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kDefaultModel = "best";
 constexpr const char* kFormat = "3";
-constexpr const char* kFormatBefore = "2"; ///< had no affinity
+constexpr const char* kFormatBefore = "2"; ///< had neither affinity nor demodulation
 
 /// Where the models lie that MBFeat comes with.
 fs::path modelFolder() {
@@ -198,10 +198,12 @@ Status DenoiseModel::readContract() {
     for (const Number& number :
          {Number{"kernel", &contract_.kernel, 1, 99}, Number{"unit", &contract_.unit, 1, 1024},
           Number{"affinity", &contract_.affinity, 0, 256},
+          Number{"demodulated", &contract_.demodulated, 0, 1},
           Number{"receptiveField", &contract_.receptiveField, 0, 4096},
           Number{"classPlanes", &contract_.classPlanes, 0, 1 << 16},
           Number{"workingFloats", &contract_.workingFloats, 1, 1 << 20}}) {
-        const bool isMissing = isBefore && number.value == &contract_.affinity;
+        const bool isMissing = isBefore && (number.value == &contract_.affinity ||
+                                            number.value == &contract_.demodulated);
         const std::string text = isMissing ? "0" : entry(number.name);
         const auto [end, failed] =
             std::from_chars(text.data(), text.data() + text.size(), *number.value);
@@ -243,12 +245,17 @@ Status DenoiseModel::checkGraphs() const {
     if (contract_.affinity > 0) {
         outputs.emplace_back("alike");
     }
+    Names sums = {"classes", "mask"};
+    if (contract_.demodulated != 0) {
+        outputs.emplace_back("gate");
+        sums.emplace_back("divisor");
+    }
     const bool right =
         graph_->outputs() == outputs &&
         (layered ? graph_->inputs() == Names{"classes"} &&
                        sampleGraph_->inputs() == Names{"samples", "share"} &&
-                       sampleGraph_->outputs() == Names{"classes", "mask"}
-                 : graph_->inputs() == Names{"samples", "share"} && contract_.affinity == 0);
+                       sampleGraph_->outputs() == sums
+                 : graph_->inputs() == Names{"samples", "share"} && outputs.size() == 3);
     if (!right) {
         return Error{file_, "its inputs and outputs are not those of its kind. Export the network "
                             "anew."};

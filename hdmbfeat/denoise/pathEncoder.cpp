@@ -7,13 +7,13 @@
 #include "core/library.h"
 
 extern "C" void encodeOnLanes(const mbfeat::PathEncoder* encoder, const float* channels, int count,
-                              float* embeddings);
+                              float* embeddings, float* divisors);
 
 namespace mbfeat {
 
 namespace {
 
-using EncodeFunction = void (*)(const PathEncoder*, const float*, int, float*);
+using EncodeFunction = void (*)(const PathEncoder*, const float*, int, float*, float*);
 
 EncodeFunction encodeFunction() {
     static const auto wide =
@@ -112,9 +112,9 @@ std::optional<PathEncoder> PathEncoder::read(const std::string& bytes) {
 }
 
 void encodePaths(const PathEncoder& encoder, const float* channels, int count, float* embeddings,
-                 PathClass* classes) {
+                 PathClass* classes, float* divisors) {
     const FloatTrapsMasked masked;
-    encodeFunction()(&encoder, channels, count, embeddings);
+    encodeFunction()(&encoder, channels, count, embeddings, divisors);
     const auto event = [&](int i, int path) {
         return channels[(extended::kEvents + i) * kPathGroup + path] != 0.0F;
     };

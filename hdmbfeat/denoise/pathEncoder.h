@@ -53,7 +53,8 @@ enum class PathClass : std::uint8_t { kDirect, kReflected, kTransmitted };
 
 /// Embeddings [path][width] and classes of `count` paths, at most kPathGroup, whose channels are
 /// [channel][kPathGroup]; channels of paths beyond `count` are to be zero. On the widest lanes.
+/// `divisors`, which may be null, become the albedos [3][kPathGroup] that radiance is divided by.
 void encodePaths(const PathEncoder& encoder, const float* channels, int count, float* embeddings,
-                 PathClass* classes);
+                 PathClass* classes, float* divisors);
 
 } // namespace mbfeat

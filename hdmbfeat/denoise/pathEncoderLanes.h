@@ -34,8 +34,17 @@ public:
         return layers(encoder_.embedding, features_.data(), size);
     }
 
+    /// What a colour of the radiance is divided by, after run(): see demodulator() in
+    /// training/model/encoding.py.
+    T divisor(int i) const {
+        const T* const found = features_.data() + extended::kCommon; // addFirstNonDelta()'s
+        const T albedo = min(max(found[i] * found[7 + i], T(kLeastAlbedo)), T(kMostAlbedo));
+        return select(found[10] > T(0.5F), albedo, T(1.0F));
+    }
+
 private:
     static constexpr int kWidth = LaneTraits<T>::kWidth;
+    static constexpr float kLeastAlbedo = 0.05F, kMostAlbedo = 4.0F;
     static constexpr int kMost = 256; ///< features, and outputs of a layer
     static constexpr float kDepthScale = 0.3F, kSlope = 0.01F, kLargestTint = 4.0F;
 
@@ -171,13 +180,16 @@ private:
 /// encodePaths() but for the classes, on a lane type.
 template <class T>
 void encodePathsOnLanes(const PathEncoder& encoder, const float* channels, int count,
-                        float* embeddings) {
+                        float* embeddings, float* divisors) {
     constexpr int kWidth = LaneTraits<T>::kWidth;
     const int width = encoder.width();
     for (int first = 0; first < count; first += kWidth) {
         PathEncoderLanes<T> lanes(encoder, channels + first);
         const T* const found = lanes.run();
         const int here = std::min(kWidth, count - first);
+        for (int i = 0; divisors != nullptr && i < 3; ++i) {
+            storeLanes<T>(divisors + i * kPathGroup + first, lanes.divisor(i));
+        }
         float* const to = embeddings + static_cast<std::ptrdiff_t>(first) * width;
         int o = 0;
         if (here == kWidth) {

@@ -14,12 +14,13 @@ PathSums::PathSums(std::shared_ptr<const DenoiseModel> model, ChannelPlan plan, 
       planes_(static_cast<std::size_t>(model_->contract().classPlanes)) {
     const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     classes_.resize(pixels * kPathClasses * planes_);
-    light_.resize(pixels * kPathClasses * lightChannels());
+    light_.resize(pixels * kPathClasses * storedLights());
+    divisors_.resize(isDemodulated() ? pixels * kPathClasses * 3 : 0);
     counts_.resize(pixels);
 }
 
 std::size_t PathSums::bytes() const {
-    return classes_.size() * sizeof(float) + light_.size() * sizeof(double) +
+    return classes_.size() * sizeof(float) + (light_.size() + divisors_.size()) * sizeof(double) +
            counts_.size() * sizeof(std::uint32_t);
 }
 
@@ -27,11 +28,13 @@ std::size_t PathSums::bytes() const {
 /// sample is not written all over.
 void PathSums::clear() {
     const std::size_t classes = kPathClasses * planes_;
-    const std::size_t lights = kPathClasses * lightChannels();
+    const std::size_t lights = kPathClasses * storedLights();
+    const std::size_t divisors = isDemodulated() ? kPathClasses * 3 : 0;
     for (std::size_t pixel = 0; pixel < counts_.size(); ++pixel) {
         if (counts_[pixel] > 0) {
             std::fill_n(classes_.data() + pixel * classes, classes, 0.0F);
             std::fill_n(light_.data() + pixel * lights, lights, 0.0);
+            std::fill_n(divisors_.data() + pixel * divisors, divisors, 0.0);
             counts_[pixel] = 0;
         }
     }
@@ -53,6 +56,7 @@ void PathSums::addByEncoder(const std::size_t* pixels, std::size_t pathCount, st
     const PathEncoder& encoder = *model_->encoder();
     const auto width = static_cast<std::size_t>(encoder.width());
     std::vector<float> channels(plan_.size() * kGroup), embeddings(width * kGroup);
+    float divisors[3 * kPathGroup];
     PathClass classes[kPathGroup];
     std::uint64_t repaired = 0;
     for (std::size_t first = 0; first < pathCount; first += kGroup) {
@@ -60,7 +64,8 @@ void PathSums::addByEncoder(const std::size_t* pixels, std::size_t pathCount, st
         const float* const* const group = paths + first;
         const std::uint32_t usable =
             plan_.writeGroup(group, static_cast<int>(count), channels.data());
-        encodePaths(encoder, channels.data(), static_cast<int>(count), embeddings.data(), classes);
+        encodePaths(encoder, channels.data(), static_cast<int>(count), embeddings.data(), classes,
+                    isDemodulated() ? divisors : nullptr);
         for (std::size_t i = 0; i < count; ++i) {
             if ((usable >> i & 1U) == 0) {
                 ++repaired;
@@ -74,16 +79,32 @@ void PathSums::addByEncoder(const std::size_t* pixels, std::size_t pathCount, st
                 sums[o] += embedding[o];
             }
             sums[width] += 1.0F;
-            double* light = light_.data() + place * lightChannels();
-            for (const std::size_t field : plan_.lights()) {
-                for (std::size_t k = 0; k < 3; ++k) {
-                    *light++ += static_cast<double>(group[i][field + k]);
-                }
-            }
+            addLightOf(group[i], 1.0, divisors + i, kGroup, place);
             ++counts_[pixel];
         }
     }
     repaired_.fetch_add(repaired, std::memory_order_relaxed);
+}
+
+void PathSums::addLightOf(const float* path, double weight, const float* divisor,
+                          std::size_t stride, std::size_t place) {
+    double* plain = light_.data() + place * storedLights();
+    double* divided = plain + lightChannels();
+    const bool divides = isDemodulated();
+    double by[3] = {1.0, 1.0, 1.0};
+    for (std::size_t k = 0; divides && k < 3; ++k) {
+        by[k] = static_cast<double>(divisor[k * stride]);
+        divisors_[place * 3 + k] += weight * by[k];
+    }
+    for (const std::size_t field : plan_.lights()) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const double light = weight * static_cast<double>(path[field + k]);
+            *plain++ += light;
+            if (divides) {
+                *divided++ += light / by[k];
+            }
+        }
+    }
 }
 
 Status PathSums::addByGraph(const std::size_t* pixels, std::size_t pixelCount, std::size_t samples,
@@ -113,12 +134,14 @@ Status PathSums::addByGraph(const std::size_t* pixels, std::size_t pixelCount, s
     const TensorView& classes = outputs.value()[0];
     const TensorView& mask = outputs.value()[1];
     if (classes.size() != kPathClasses * planes_ * pixelCount ||
-        mask.size() != samples * kPathClasses * pixelCount) {
+        mask.size() != samples * kPathClasses * pixelCount ||
+        (isDemodulated() && outputs.value()[2].size() != samples * 3 * pixelCount)) {
         return Error{model_->file(), "its sample graph gives other sizes than its metadata says. "
                                      "Export it anew."};
     }
     addClasses(pixels, pixelCount, classes);
-    addLight(pixels, pixelCount, samples, paths, shares.data(), mask);
+    addLight(pixels, pixelCount, samples, paths, shares.data(), mask,
+             isDemodulated() ? outputs.value()[2].data : nullptr);
     return std::nullopt;
 }
 
@@ -138,38 +161,35 @@ void PathSums::addClasses(const std::size_t* pixels, std::size_t pixelCount,
     }
 }
 
-/// Masks are [sample][class][1][pixel].
+/// Masks are [sample][class][1][pixel], divisors [sample][3][1][pixel].
 void PathSums::addLight(const std::size_t* pixels, std::size_t pixelCount, std::size_t samples,
-                        const float* const* paths, const float* shares, const TensorView& mask) {
+                        const float* const* paths, const float* shares, const TensorView& mask,
+                        const float* divisors) {
     for (std::size_t i = 0; i < pixelCount; ++i) {
-        double* const all = light_.data() + pixels[i] * kPathClasses * lightChannels();
         for (std::size_t s = 0; s < samples; ++s) {
             for (std::size_t c = 0; c < kPathClasses; ++c) {
                 const float weight =
                     mask.data[(s * kPathClasses + c) * pixelCount + i] * shares[s * pixelCount + i];
-                if (weight == 0.0F) {
-                    continue;
-                }
-                const float* const path = paths[i * samples + s];
-                double* to = all + c * lightChannels();
-                for (const std::size_t field : plan_.lights()) {
-                    for (std::size_t k = 0; k < 3; ++k) {
-                        *to++ += static_cast<double>(weight) * static_cast<double>(path[field + k]);
-                    }
+                if (weight != 0.0F) {
+                    const float* const divisor =
+                        divisors == nullptr ? nullptr : divisors + s * 3 * pixelCount + i;
+                    addLightOf(paths[i * samples + s], static_cast<double>(weight), divisor,
+                               pixelCount, pixels[i] * kPathClasses + c);
                 }
             }
         }
     }
 }
 
-void PathSums::means(int x0, int y0, int x1, int y1, std::vector<float>& classes,
-                     std::vector<float>& light) const {
+PathSums::Means PathSums::means(int x0, int y0, int x1, int y1) const {
     const auto columns = static_cast<std::size_t>(x1 - x0);
     const std::size_t area = columns * static_cast<std::size_t>(y1 - y0);
     const std::size_t planes = kPathClasses * planes_;
-    const std::size_t lights = kPathClasses * lightChannels();
-    classes.assign(planes * area, 0.0F);
-    light.assign(lights * area, 0.0F);
+    const std::size_t lights = kPathClasses * storedLights();
+    Means found;
+    found.classes.resize(planes * area);
+    found.light.resize(lights * area);
+    found.divisor.resize(isDemodulated() ? kPathClasses * 3 * area : 0);
     // Sixteen pixels at a time, whose values are a cache line of each plane.
     constexpr int kBlock = 16;
     for (int y = y0; y < y1; ++y) {
@@ -194,10 +214,21 @@ void PathSums::means(int x0, int y0, int x1, int y1, std::vector<float>& classes
                     }
                 }
             };
-            write(classes_.data(), planes, classes);
-            write(light_.data(), lights, light);
+            write(classes_.data(), planes, found.classes);
+            write(light_.data(), lights, found.light);
+            for (std::size_t c = 0; isDemodulated() && c < kPathClasses; ++c) {
+                for (std::size_t i = 0; i < count; ++i) {
+                    const std::size_t place = (pixel + i) * kPathClasses + c;
+                    const float paths = classes_[place * planes_ + planes_ - 1];
+                    for (std::size_t k = 0; paths > 0.0F && k < 3; ++k) {
+                        found.divisor[(c * 3 + k) * area + out + i] = static_cast<float>(
+                            divisors_[place * 3 + k] / static_cast<double>(paths));
+                    }
+                }
+            }
         }
     }
+    return found;
 }
 
 std::uint64_t PathSums::emptyPixels() const {

@@ -34,10 +34,13 @@ public:
     std::uint64_t repaired() const { return repaired_; }
     std::size_t bytes() const;
 
-    /// Means over a pixel's usable paths, 0 where it has none: planes [class][plane] and lights
-    /// [class][light][3] of an area, row-major.
-    void means(int x0, int y0, int x1, int y1, std::vector<float>& classes,
-               std::vector<float>& light) const;
+    /// Means over a pixel's usable paths, 0 where it has none, of an area, row-major.
+    struct Means {
+        std::vector<float> classes; ///< [class][plane]
+        std::vector<float> light;   ///< [class][light][3], of demodulated models then the divided
+        std::vector<float> divisor; ///< [class][3], of demodulated models, over the class's paths
+    };
+    Means means(int x0, int y0, int x1, int y1) const;
     /// Pixels without a usable path.
     std::uint64_t emptyPixels() const;
 
@@ -48,7 +51,13 @@ private:
                       const float* const* paths);
     void addClasses(const std::size_t* pixels, std::size_t pixelCount, const TensorView& classes);
     void addLight(const std::size_t* pixels, std::size_t pixelCount, std::size_t samples,
-                  const float* const* paths, const float* shares, const TensorView& mask);
+                  const float* const* paths, const float* shares, const TensorView& mask,
+                  const float* divisors);
+    bool isDemodulated() const { return model_->contract().demodulated != 0; }
+    std::size_t storedLights() const { return (isDemodulated() ? 2 : 1) * lightChannels(); }
+    /// Adds a path's light to `place`, a class of a pixel; of its divisor every `stride`th float.
+    void addLightOf(const float* path, double weight, const float* divisor, std::size_t stride,
+                    std::size_t place);
 
     std::shared_ptr<const DenoiseModel> model_;
     ChannelPlan plan_;
@@ -57,6 +66,7 @@ private:
     // A pixel's numbers lie side by side: it is added to as a whole.
     std::vector<float> classes_;        ///< [pixel][class][plane]
     std::vector<double> light_;         ///< [pixel][class][light]; no sample may be lost in it
+    std::vector<double> divisors_;      ///< [pixel][class][3], of demodulated models
     std::vector<std::uint32_t> counts_; ///< usable paths
     std::atomic<std::uint64_t> repaired_{0};
 };

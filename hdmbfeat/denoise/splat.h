@@ -30,6 +30,12 @@ struct SplatInput {
     const float* bias = nullptr;   ///< [k k]
     int alikeChannels = 0;
     const float* alike = nullptr; ///< [units][alikeChannels][height][width]
+    /// Demodulation, of units apart: the second half of the lights is the first divided by the
+    /// unit's albedo. What arrives of it is multiplied by `divisor` [units][3][height][width], the
+    /// albedo at the pixel, 0 where the unit has none, and counts as much as `gate`
+    /// [units][height][width] says, the first half for the rest. Null: all lights are as they are.
+    const float* gate = nullptr;
+    const float* divisor = nullptr;
     const float* presence =
         nullptr;        ///< [units][height][width], 0 where there is no unit; may be null
     bool apart = false; ///< a softmax for each unit, and the images added
@@ -45,7 +51,8 @@ enum class SplatLanes : std::uint8_t { kScalar, kNarrow, kWide };
 /// The widest lanes that this processor and build have.
 SplatLanes widestSplatLanes();
 
-/// Writes the area's pixels of `out` [lights][height][width]; 0 where nothing arrives. Tiles are
+/// Writes the area's pixels of `out` [lights][height][width], with a gate half as many lights; 0
+/// where nothing arrives. Tiles are
 /// shared among the pool's threads: a pixel is computed by one thread, from its inputs in a fixed
 /// order, so that the result depends neither on threads nor on tiles. Lanes agree to rounding.
 /// False when `stop` (may be null) ended it.

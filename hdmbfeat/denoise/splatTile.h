@@ -43,11 +43,11 @@ public:
                 gather(unit, y);
             }
             if (in_.apart) {
-                store(out, unit > 0);
+                store(out, unit);
             }
         }
         if (!in_.apart) {
-            store(out, false);
+            store(out, 0);
         }
     }
 
@@ -264,24 +264,38 @@ private:
         }
     }
 
-    void store(float* out, bool adds) {
+    /// Writes what has arrived, or of all units but the first adds it.
+    void store(float* out, int unit) {
         const std::size_t plane = pixels();
+        const int lights = in_.gate == nullptr ? in_.lights : in_.lights / 2;
         for (int y = tile_.y0; y < tile_.y1; ++y) {
             for (int x = tile_.x0; x < tile_.x1; ++x) {
                 const int i = x - tile_.x0;
                 const float total = sums(1, y)[i];
                 // Where nothing exists every weight was exp(0).
                 const bool reached = sums(0, y)[i] > kOutside && total > 0.0F;
-                float* const pixel =
-                    out + static_cast<std::size_t>(y) * static_cast<std::size_t>(in_.width) +
+                const std::size_t pixel =
+                    static_cast<std::size_t>(y) * static_cast<std::size_t>(in_.width) +
                     static_cast<std::size_t>(x);
-                for (int c = 0; c < in_.lights; ++c) {
-                    const float value = reached ? sums(c + 2, y)[i] / total : 0.0F;
-                    float& to = pixel[static_cast<std::size_t>(c) * plane];
-                    to = adds ? to + value : value;
+                for (int c = 0; c < lights; ++c) {
+                    float value = reached ? sums(c + 2, y)[i] / total : 0.0F;
+                    if (in_.gate != nullptr && reached) {
+                        const float divided = sums(lights + c + 2, y)[i] / total;
+                        value = modulated(value, divided, unit, c % 3, pixel);
+                    }
+                    float& to = out[static_cast<std::size_t>(c) * plane + pixel];
+                    to = unit > 0 ? to + value : value;
                 }
             }
         }
+    }
+
+    float modulated(float plain, float divided, int unit, int colour, std::size_t pixel) const {
+        const auto row = static_cast<std::size_t>(unit);
+        const float albedo =
+            in_.divisor[(3 * row + static_cast<std::size_t>(colour)) * pixels() + pixel];
+        const float gate = albedo > 0.0F ? in_.gate[row * pixels() + pixel] : 0.0F;
+        return (1.0F - gate) * plain + gate * albedo * divided;
     }
 
     const SplatInput& in_;

@@ -285,8 +285,8 @@ void addEncoders(Catalogue& catalogue) {
                      const auto width = static_cast<std::size_t>(encoder.width());
                      std::vector<float> found(width * kPathGroup);
                      std::array<PathClass, kPathGroup> classes{};
-                     encodePaths(encoder, channels.data(), kPathGroup, found.data(),
-                                 classes.data());
+                     encodePaths(encoder, channels.data(), kPathGroup, found.data(), classes.data(),
+                                 nullptr);
                      for (int lane = 0; lane < kPathGroup; ++lane) {
                          PathEncoderLanes<double> exact(encoder, channels.data() + lane);
                          const double* const truth = exact.run();
