@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kRegulariser = 0.01; ///< of squared radiance: darker pixels need not be as exact
 constexpr double kLargest = 1e30;     ///< of a squared error, so that sums of floats stay finite
-constexpr int kSmoothRadius = 4;
+constexpr int kSmoothRadius = ErrorMap::kWindow / 2;
 
 /// Median of up to nine numbers, of an even count the lower one.
 float median(std::array<float, 9>& values, int count) {

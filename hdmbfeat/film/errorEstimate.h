@@ -67,6 +67,8 @@ using RowLoop = std::function<void(int rows, const std::function<void(int row)>&
 /// Relative squared errors of the pixels, rows from the top.
 class ErrorMap {
 public:
+    static constexpr int kWindow = 9; ///< pixels on a side, of the smooth errors
+
     /// Reads the sums, to which nothing may be added meanwhile. Any loop gives the same bits.
     void update(const HalfSums& sums, const RowLoop& loop);
 

@@ -20,6 +20,7 @@
 #include "film/host.h"
 #include "film/progress.h"
 #include "film/refinement.h"
+#include "film/samplingRate.h"
 #include "film/tiles.h"
 #include "integrate/effectParts.h"
 
@@ -179,7 +180,8 @@ struct Renderer::Impl {
             report.builds = integrator.builds() - built;
         }
 
-        samplingBegin = activeSeconds();
+        const double samplingBegin = activeSeconds();
+        rate.start(samplingBegin);
         const double cpuBegin = cpuSeconds();
         ProgressReporter reporter(job.interactive ? Host::ProgressStyle::kNone
                                                   : Host::instance().progressStyle());
@@ -334,12 +336,12 @@ struct Renderer::Impl {
                 return StopReason::kInterrupted;
             }
             done += samples;
+            rate.mark(samplesDone, activeSeconds());
             if (refinement && done == refinement->nextCheck()) {
                 refinement->check(done, rowLoop());
                 samplesTotal = samplesDone + refinement->samplesLeft() + jobSamples(job, index + 1);
-                const RenderProgress expected = progress();
-                forecasts.push_back({expected.samples, samplesTotal, expected.seconds,
-                                     expected.seconds + expected.secondsLeft});
+                const std::lock_guard lock(reporterMutex);
+                keepForecast(progress());
                 if (refinement->reached()) {
                     return StopReason::kTargetError;
                 }
@@ -520,8 +522,19 @@ struct Renderer::Impl {
     void reportProgress() {
         const std::unique_lock lock(reporterMutex, std::try_to_lock);
         if (lock.owns_lock() && progressReporter != nullptr) {
-            progressReporter->update(progress());
+            const RenderProgress now = progress();
+            progressReporter->update(now);
+            if (!tenthTold && now.fraction >= 0.1) {
+                tenthTold = true;
+                keepForecast(now);
+            }
         }
+    }
+
+    /// What is expected now, for the report.
+    void keepForecast(const RenderProgress& now) {
+        forecasts.push_back(
+            {now.samples, samplesTotal, now.seconds, now.seconds + now.secondsLeft});
     }
 
     RenderProgress progress() const {
@@ -535,11 +548,9 @@ struct Renderer::Impl {
         if (p.seconds > 0.0) {
             p.samplesPerSecond = static_cast<double>(p.samples) / p.seconds;
         }
-        if (p.fraction > 0.0) {
-            // What was built before the first sample is not done again.
-            const double sampling = std::max(p.seconds - samplingBegin, 0.0);
-            p.secondsLeft = sampling * (1.0 - p.fraction) / p.fraction;
-        }
+        const std::uint64_t all = samplesTotal;
+        p.secondsLeft =
+            rate.secondsFor(all > p.samples ? all - p.samples : 0, p.samples, p.seconds);
         const double limit = job.options.timeLimit;
         if (limit > 0.0 && p.fraction < 1.0 && p.seconds + p.secondsLeft > limit) {
             p.secondsLeft = std::max(limit - p.seconds, 0.0);
@@ -556,7 +567,8 @@ struct Renderer::Impl {
     int poolThreads = 0;
     std::vector<Worker> workers; ///< one a thread of the pool, for the view that is rendered
     std::unique_ptr<Refinement> refinement; ///< of that view; null where no error is estimated
-    std::vector<Forecast> forecasts;        ///< of that view
+    std::vector<Forecast> forecasts;        ///< of that view; under reporterMutex
+    bool tenthTold = false;                 ///< whether the job has that of a tenth; likewise
     double deadline = 0.0;                  ///< of that view, in active seconds
     bool mayCut = false;                    ///< whether the running pass may end at the deadline
     std::atomic<bool> passCut{false};       ///< it did
@@ -570,8 +582,9 @@ struct Renderer::Impl {
 
     std::atomic<Clock::time_point> begin{Clock::time_point{}};
     std::atomic<Clock::time_point> pauseBegin{Clock::time_point{}};
-    std::atomic<double> pausedSeconds{0.0}, samplingBegin{0.0};
+    std::atomic<double> pausedSeconds{0.0};
     std::atomic<std::uint64_t> samplesDone{0}, samplesTotal{0};
+    SamplingRate rate;
     std::mutex reporterMutex;
     ProgressReporter* progressReporter = nullptr;
 
@@ -610,7 +623,8 @@ std::shared_ptr<const JobState> Renderer::start(RenderJob job) {
         impl_->samplesTotal = jobSamples(impl_->job, 0);
         impl_->begin = Clock::now();
         impl_->pauseBegin = impl_->begin.load();
-        impl_->samplingBegin = 0.0;
+        impl_->rate.start(0.0);
+        impl_->tenthTold = false;
         impl_->pausedSeconds = 0.0;
         impl_->converged = false;
         impl_->hasJob = true;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 namespace mbfeat {
 
@@ -12,6 +14,22 @@ constexpr double kGroupsPerThread = 8.0;
 /// Pixels that one thread is to take at a time.
 double wantedPixels(double pixels, int samples, int capacity, int threads) {
     return std::min(static_cast<double>(capacity) / samples, pixels / (kGroupsPerThread * threads));
+}
+
+/// In steps of the golden section: any part of the way is spread evenly over the image, and so
+/// tells how long the rest will take.
+std::vector<TileGroup> scattered(std::vector<TileGroup> groups) {
+    const std::size_t count = groups.size();
+    auto step = static_cast<std::size_t>(0.618 * static_cast<double>(count));
+    while (std::gcd(step, count) > 1) {
+        ++step;
+    }
+    std::vector<TileGroup> order;
+    order.reserve(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        order.push_back(std::move(groups[i * step % count]));
+    }
+    return order;
 }
 
 } // namespace
@@ -37,7 +55,7 @@ std::vector<TileGroup> singleTiles(const PixelRect& rect, int side) {
     for (const PixelRect& tile : makeTiles(rect, side)) {
         groups.push_back({tile});
     }
-    return groups;
+    return scattered(std::move(groups));
 }
 
 std::vector<TileGroup> groupTiles(const std::vector<PixelRect>& tiles, int samples, int capacity,
@@ -57,7 +75,7 @@ std::vector<TileGroup> groupTiles(const std::vector<PixelRect>& tiles, int sampl
         groups.back().push_back(tile);
         room -= pixelCount(tile);
     }
-    return groups;
+    return scattered(std::move(groups));
 }
 
 } // namespace mbfeat

@@ -21,10 +21,11 @@ std::vector<PixelRect> makeTiles(const PixelRect& rect, int side);
 /// Side of square tiles that fill a batch with their samples, but leave each thread several tiles.
 int fittedTile(const PixelRect& rect, int samples, int capacity, int threads);
 
-/// A group of its own for every tile.
+/// A group of its own for every tile, in an order that is spread over the image from the start.
 std::vector<TileGroup> singleTiles(const PixelRect& rect, int side);
 
-/// The given tiles in their order, as many together as fill a batch, but several groups a thread.
+/// As many neighbours of the given tiles together as fill a batch, but several groups a thread; the
+/// groups in an order that is spread over the image from the start.
 std::vector<TileGroup> groupTiles(const std::vector<PixelRect>& tiles, int samples, int capacity,
                                   int threads);
 

@@ -219,7 +219,7 @@ TEST_CASE("images that stop at a target agree with those of fixed counts") {
     CHECK(std::abs(means[1] / means[0] - 1.0) < 0.005);
 }
 
-TEST_CASE("the looks at the error come at sixteen samples first, then in growing steps") {
+TEST_CASE("the looks at the error come at eight samples first, then in growing steps") {
     Refinement refinement({0, 0, 8, 8}, {0.1, true, 200});
     std::vector<int> checks;
     const RowLoop loop = [](int rows, const std::function<void(int)>& body) {
@@ -231,5 +231,5 @@ TEST_CASE("the looks at the error come at sixteen samples first, then in growing
         checks.push_back(refinement.nextCheck());
         refinement.check(checks.back(), loop);
     }
-    CHECK(checks == std::vector<int>{16, 32, 48, 64, 80, 112, 144, 192, 200});
+    CHECK(checks == std::vector<int>{8, 16, 32, 48, 64, 80, 112, 144, 192, 200});
 }
