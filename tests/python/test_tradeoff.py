@@ -14,7 +14,7 @@ import pytest
 import tradeoff_kit as kit
 from mbfeat.metrics import NAMES, all_metrics
 from mbfeat.metrics.bias import squared_bias
-from mbfeat.tradeoff import analysis, crops, page, variants
+from mbfeat.tradeoff import analysis, crops, limits, page, variants
 from mbfeat.tradeoff.measure import split_recording
 from mbfeat.tradeoff.renders import PHASES, RenderError, phases
 from mbfeat.tradeoff.variants import OWN, RAW, VariantError
@@ -179,6 +179,53 @@ def test_variants_of_the_command_line() -> None:
         variants.check_names([variants.raw(), variants.raw()])
 
 
+# ---- limits
+
+
+def test_limits_are_those_that_the_effects_of_a_stage_give_a_meaning_to() -> None:
+    def names(*present: str) -> list[str]:
+        return [limit.name for limit in limits.for_effects(present)]
+
+    assert names() == ["2 diffuse bounces"]
+    assert names("reflection") == ["2 diffuse bounces", "1 reflection", "no caustics"]
+    assert "2 transmissions" not in names("reflection", "depth of field")
+    assert "no blur" in names("depth of field")
+    assert names("reflection", "transmission", "depth of field") == [
+        limit.name for limit in limits.LIMITS
+    ]
+
+
+def test_what_a_limit_loses_is_told_from_images_of_the_same_noise(tmp_path: Path) -> None:
+    limit = limits.LIMITS[0]
+    renderer = kit.KnownRenderer(dark={limit.name: 0.9})
+    chosen = [variants.raw(), limit.variant]
+    measured = kit.measure(renderer, tmp_path, chosen=chosen)
+    references = {OWN: kit.exact_reference()}
+    (row,) = limits.rows(measured, [limit], references)
+    assert row["samples_per_pixel"] == max(kit.RUNGS)
+    assert row["sampling"]["median"] == pytest.approx(0.9)
+    # A tenth of the light is lost: 0.1 of the brightness, and 0.01 of relMSE, but for the epsilon
+    # and the noise of 64 samples, which is 0.09 of the value a pixel and cancels over 6912 values.
+    assert row["bias"]["median"] == pytest.approx(-0.1, abs=0.002)
+    assert row["lost"] == pytest.approx(0.01, rel=0.05)
+    assert row["errors"]["relMSE"]["full"] == pytest.approx(kit.NOISE / 64, rel=0.1)
+    ((full, limited, difference),) = limits.pictures(measured, [row])
+    assert full.pixels.shape == limited.pixels.shape == difference.pixels.shape
+    assert full.pixels.mean() > limited.pixels.mean()
+    expected = (full.pixels - limited.pixels) / limits.FULL_SCALE
+    np.testing.assert_allclose(difference.pixels, expected.clip(0.0, 1.0), atol=1e-12)
+    head, (cells,) = limits.cells([row])
+    assert len(head) == len(cells)
+    assert cells[0] == "2 diffuse bounces (mbfeat:maxDiffuseBounces=2)"
+
+
+def test_a_limit_that_could_not_be_rendered_has_no_row(tmp_path: Path) -> None:
+    limit = limits.LIMITS[0]
+    renderer = kit.KnownRenderer(broken=[limit.name])
+    measured = kit.measure(renderer, tmp_path, chosen=[variants.raw(), limit.variant])
+    assert limits.rows(measured, [limit], {OWN: kit.exact_reference()}) == []
+
+
 # ---- front and answers
 
 
@@ -283,6 +330,7 @@ def result(tmp_path: Path) -> tuple[dict[str, Any], list[crops.Crop]]:
         "rungs": rows,
         "answers": [analysis.answer_seconds(found, 5.0, "relMSE", None)],
         "crops": {"text": f"What {seconds} s buy."},
+        "limits": [],
         "left_out": {"cycles": "it is not installed"},
     }
     return made, shown

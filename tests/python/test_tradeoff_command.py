@@ -291,6 +291,33 @@ def test_page_is_written_from_folders(
     assert (tmp_path / "docs" / "images" / "accuracy-interior.png").stat().st_size > 0
 
 
+def test_limits_are_measured_as_far_as_the_stage_calls_for_them(
+    run: Run, scenes: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    dark = {"1 reflection": 0.9, "no caustics": 0.8}
+    known = tradeoff_kit.KnownRenderer(dark=dark)
+    monkeypatch.setattr(command, "StageRenderer", lambda *_: known)
+    arguments = ["--spp", "1,4", "--seeds", "2", "--reference-spp", "8", "--limits"]
+    code, made, out, _ = run(scenes / "mirror.usda", "--width", "64", *arguments)
+    assert code == 0
+    # There is no glass in it, and its camera has no lens.
+    assert list(made["variants"]) == ["raw", "2 diffuse bounces", "1 reflection", "no caustics"]
+    assert "2 transmissions is no variant: the stage does not call for transmission" in out
+    assert "no blur is no variant: the stage does not call for depth of field" in out
+    lost = {row["limit"]: row["lost"] for row in made["limits"]}
+    assert lost["no caustics"] > lost["1 reflection"] > lost["2 diffuse bounces"]
+    assert "What limits save and lose" in out
+    assert "What limits save and lose" in (tmp_path / "out" / "tradeoff.html").read_text()
+    monkeypatch.setattr(page, "DOCS", tmp_path / "docs")
+    assert cli.main(["tradeoff", "--page", str(tmp_path / "out")]) == 0
+    text = (tmp_path / "docs" / "accuracy.md").read_text()
+    assert "## mirror, with limits" in text
+    assert "| no caustics (mbfeat:caustics=false) |" in text
+    for name in ("accuracy-mirror-with-limits.png", "limits-mirror.png"):
+        assert f"images/{name}" in text
+        assert (tmp_path / "docs" / "images" / name).stat().st_size > 0
+
+
 def test_a_failed_render_is_told_in_the_words_of_usdrecord(scenes: Path) -> None:
     stage = scenes / "interior.usda"
     subject = Subject(stage, inspection.inspect(stage), 16, 9, (), 1, (0,))

@@ -34,14 +34,15 @@ class KnownRenderer:
     """Noise of variance NOISE / samples, a tenth of it and a bias where a model is applied.
 
     `calls` are what it was asked for; from `fails_at` calls on it raises `failure`, and always for
-    variants in `broken`.
+    variants in `broken`. Variants in `dark` show, and take, that share of light and seconds.
     """
 
-    def __init__(self, broken: Sequence[str] = ()) -> None:
+    def __init__(self, broken: Sequence[str] = (), dark: Mapping[str, float] | None = None) -> None:
         self.calls: list[tuple[str, int, int]] = []
         self.failure: BaseException | None = None
         self.fails_at = 0
         self.broken = broken
+        self.dark = dict(dark or {})
 
     def render(self, variant: Variant, spp: int, seed: int) -> Shot:
         if self.failure is not None and len(self.calls) >= self.fails_at:
@@ -53,8 +54,9 @@ class KnownRenderer:
         model = variant.records
         scale = np.sqrt(NOISE / spp * (0.1 if model else 1.0))
         image = truth() * (1.0 + scale * rng.standard_normal((3, HEIGHT, WIDTH)))
-        image *= 1.0 + (BIAS if model else 0.0)
-        seconds = {"load": START, "sampling": spp * (EACH + (RECORDING if model else 0.0))}
+        left = self.dark.get(variant.name, 1.0)
+        image *= left * (1.0 + (BIAS if model else 0.0))
+        seconds = {"load": START, "sampling": left * spp * (EACH + (RECORDING if model else 0.0))}
         seconds["inference"] = INFERENCE if model else 0.0
         return Shot(image.astype(np.float32), seconds)
 

@@ -66,6 +66,20 @@ def png(result: Mapping[str, Any], crops: Sequence[Crop], *, dpi: int = 110) -> 
     return sink.getvalue()
 
 
+def crops_png(rows: Sequence[Sequence[Crop]], *, dpi: int = 110) -> bytes:
+    """Crops in rows as a PNG file."""
+    columns = max(len(row) for row in rows)
+    size = (2.6 * columns, 2.9 * len(rows))
+    figure = Figure(figsize=size, layout="constrained", facecolor="white")
+    FigureCanvasAgg(figure)
+    for i, row in enumerate(rows):
+        for j, crop in enumerate(row):
+            _crop(figure.add_subplot(len(rows), columns, i * columns + j + 1), crop)
+    sink = io.BytesIO()
+    figure.savefig(sink, format="png", dpi=dpi)
+    return sink.getvalue()
+
+
 def colours(rows: Sequence[Rung]) -> dict[str, str]:
     """One for each variant."""
     names = list(dict.fromkeys(row["variant"] for row in rows))

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
 
-from mbfeat.tradeoff import filters, outcome, peers, reference, request, variants
+from mbfeat.tradeoff import filters, limits, outcome, peers, reference, request, variants
 from mbfeat.tradeoff.inspection import InspectionError
 from mbfeat.tradeoff.kept import Keep, subject_key
 from mbfeat.tradeoff.measure import Ladder, Measured, split_recording, tasks
@@ -59,6 +59,7 @@ def _run(options: argparse.Namespace) -> int:
     loads.append(os.getloadavg()[0])
     made = outcome.result(options, subject, scale, work.variants, measured, references, loads)
     made["left_out"] |= work.left_out
+    made["limits"] = limits.rows(measured, work.limits, references)
     outcome.write(out, made, measured, references)
     outcome.show(out, made)
     return 0
@@ -80,21 +81,37 @@ class _Work:
         self._keep = keep
         self._key = subject_key(subject)
         self.left_out: dict[str, str] = {}
-        python = filters.interpreter()
+        self.limits = self._called_for()
+        python = None if options.limits else filters.interpreter()
         apply = None
         if python is not None:
             bound = (subject.threads, subject.cores)
             apply = stack.enter_context(filters.OidnProcess(python, *bound))
-        elif not options.only:
+        elif not options.only and not options.limits:
             tell("Open Image Denoise takes no part: pyoidn is not installed (pip install pyoidn)")
         self.renderers: dict[str, Renderer] = {OWN: StageRenderer(subject, apply)}
         filtered = variants.open_image_denoise() if apply is not None else []
-        models = variants.denoise_models()
+        models = [] if options.limits else variants.denoise_models()
         extra = [variants.parsed(text) for text in options.variant]
-        self.variants = [variants.raw(), *models, *filtered, *extra]
+        limited = [limit.variant for limit in self.limits]
+        self.variants = [variants.raw(), *models, *filtered, *limited, *extra]
         self._add_peers(names, stack)
         variants.check_names(self.variants)
         self.variants = request.chosen(self.variants, options.only)
+
+    def _called_for(self) -> list[limits.Limit]:
+        """The limits that the stage's effects give a meaning to, where they are asked for."""
+        if not self._options.limits:
+            return []
+        present = limits.effects_of(self._subject)
+        found = limits.for_effects(present)
+        for limit in limits.LIMITS:
+            if limit not in found:
+                tell(
+                    f"{limit.name} is no variant: the stage does not call for "
+                    f"{' or '.join(limit.effects)}"
+                )
+        return found
 
     def _add_peers(self, names: Sequence[str], stack: ExitStack) -> None:
         """The peers, where the stage can be translated for them."""

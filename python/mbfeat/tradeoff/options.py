@@ -95,6 +95,12 @@ def _add_variants(command: Any) -> None:
         metavar="NAME:SETTING=VALUE,...",
         help="compare renders with other settings, as in 'few bounces:mbfeat:maxBounces=2'",
     )
+    variants.add_argument(
+        "--limits",
+        action="store_true",
+        help="instead of denoisers: what caps on bounces of each kind, and caustics and blur "
+        "switched off, save and lose, as far as the stage calls for such effects",
+    )
     variants.add_argument("--only", metavar="NAME,...", help="only these variants, and raw")
     variants.add_argument(
         "--peers",

@@ -16,7 +16,7 @@ from typing import Any
 from mbfeat.files import write_whole
 from mbfeat.machine import cpu_name
 from mbfeat.metrics import EPSILON, NAMES
-from mbfeat.tradeoff import analysis
+from mbfeat.tradeoff import analysis, limits
 from mbfeat.tradeoff.measure import Measured
 from mbfeat.tradeoff.reference import Reference
 from mbfeat.tradeoff.renders import Subject
@@ -24,6 +24,7 @@ from mbfeat.tradeoff.request import Scale
 from mbfeat.tradeoff.variants import OWN, RAW, Variant
 from mbfeat.tradeoff.wording import duration, number
 
+LIMITS_PICTURE = "limits.png"
 EPSILONS = {"relMSE": EPSILON, "tonemappedRelMSE": EPSILON, "relL1": EPSILON}
 
 
@@ -152,10 +153,13 @@ def write(
         "samples of each variant within that time, first seed.",
     }
     chart = charts.png(made, shown)
+    compared = limits.pictures(measured, made["limits"])
+    if compared:
+        write_whole(out / LIMITS_PICTURE, charts.crops_png(compared))
     write_whole(out / "tradeoff.json", json.dumps(made, indent=1) + "\n")
     write_whole(out / "tradeoff.csv", web.csv_text(made["points"]))
     write_whole(out / "tradeoff.png", chart)
-    write_whole(out / "tradeoff.html", web.page(made, chart, shown))
+    write_whole(out / "tradeoff.html", web.page(made, chart, shown, compared))
 
 
 def show(out: Path, made: Mapping[str, Any]) -> None:
@@ -172,11 +176,23 @@ def show(out: Path, made: Mapping[str, Any]) -> None:
             f"{' *' if row['on_front'] else ''}"
         )
     print("* on the Pareto front\n")
+    if made["limits"]:
+        _show_limits(made["limits"])
     for answer in made["answers"]:
         print(answer["text"])
         if "command" in answer:
             print(f"    {answer['command']}")
     for name, reason in made["left_out"].items():
         print(f"left out: {name}: {reason}")
-    files = ", ".join(str(out / f"tradeoff.{end}") for end in ("json", "csv", "html", "png"))
-    print(f"wrote {files}")
+    files = [f"tradeoff.{end}" for end in ("json", "csv", "html", "png")]
+    files += [LIMITS_PICTURE] if made["limits"] else []
+    print(f"wrote {', '.join(str(out / file) for file in files)}")
+
+
+def _show_limits(found: Sequence[Mapping[str, Any]]) -> None:
+    head, lines = limits.cells(found)
+    widths = [max(len(line[i]) for line in (head, *lines)) for i in range(len(head))]
+    print("What limits save and lose:")
+    for line in (head, *lines):
+        print("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)))
+    print(limits.meaning(found) + "\n")

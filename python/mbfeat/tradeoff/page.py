@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from mbfeat.files import write_whole
+from mbfeat.tradeoff import limits
+from mbfeat.tradeoff.outcome import LIMITS_PICTURE
 from mbfeat.tradeoff.renders import PHASES
 from mbfeat.tradeoff.web import about
 from mbfeat.tradeoff.wording import number
@@ -27,11 +29,13 @@ what is the best that I get, and how? To reach an error, how long does it take, 
     ./run mbfeat tradeoff STAGE --out DIR --seconds 10 --error 0.01
     ./run mbfeat tradeoff STAGE --out DIR --reference FILE.exr
     ./run mbfeat tradeoff STAGE --out DIR --variant 'few bounces:mbfeat:maxBounces=2'
+    ./run mbfeat tradeoff STAGE --out DIR --limits
     ./run mbfeat tradeoff --peers --out DIR
     ./run mbfeat tradeoff --page DIR DIR DIR
 
 measure any stage with a camera, answer other questions than the middle ones, measure against a
-given image, beside other settings, or beside Mitsuba 3 and Cycles, and write this page. `DIR` holds
+given image, beside other settings, with caps on the bounces of each kind and without caustics or
+blur, or beside Mitsuba 3 and Cycles, and write this page. `DIR` holds
 `tradeoff.json` (`points`, every measurement; `pareto`, those that no other beats; `rungs`, medians
 and ranges; `answers`), `tradeoff.csv`, `tradeoff.html` and `tradeoff.png`, and in `kept/` every
 render: an interrupted run goes on where it was, and a run against another reference renders
@@ -60,6 +64,10 @@ def write(folders: Sequence[Path]) -> Path:
             )
         made = json.loads((folder / "tradeoff.json").read_text(encoding="utf-8"))
         write_whole(DOCS / "images" / picture(made), (folder / "tradeoff.png").read_bytes())
+        if made.get("limits"):
+            write_whole(
+                DOCS / "images" / limits_picture(made), (folder / LIMITS_PICTURE).read_bytes()
+            )
         results.append(made)
     target = DOCS / "accuracy.md"
     write_whole(target, page(results))
@@ -68,7 +76,12 @@ def write(folders: Sequence[Path]) -> Path:
 
 def picture(made: Mapping[str, Any]) -> str:
     """The file name of a result's picture."""
-    return f"accuracy-{made['scene']}.png"
+    return f"accuracy-{made['scene']}{'-with-limits' if made.get('limits') else ''}.png"
+
+
+def limits_picture(made: Mapping[str, Any]) -> str:
+    """The file name of the crops that show what limits lose."""
+    return f"limits-{made['scene']}.png"
 
 
 def page(results: Sequence[Mapping[str, Any]]) -> str:
@@ -81,18 +94,29 @@ def page(results: Sequence[Mapping[str, Any]]) -> str:
 
 def _section(made: Mapping[str, Any]) -> list[str]:
     scene = made["scene"]
-    lines = [f"## {scene}", "", f"    {made['command']}", ""]
+    found = made.get("limits", ())
+    lines = [f"## {scene}{', with limits' if found else ''}", "", f"    {made['command']}", ""]
     for paragraph in about(made):
         lines += [textwrap.fill(paragraph, WIDTH), ""]
     lines += [f"![Error against seconds of {scene}](images/{picture(made)})", ""]
     for answer in made["answers"]:
         lines.append(textwrap.fill(f"- {answer['text']}", WIDTH, subsequent_indent="  "))
+    if found:
+        lines += ["", *_limits(made)]
     lines += ["", "Medians; on the front, no other has less error in less time.", ""]
     lines += _table(made)
     lines += ["", "Seconds, medians:", "", *_seconds(made)]
     for name, reason in made["left_out"].items():
         lines += ["", textwrap.fill(f"Left out: {name}: {reason}", WIDTH)]
     return lines
+
+
+def _limits(made: Mapping[str, Any]) -> list[str]:
+    head, rows = limits.cells(made["limits"])
+    lines = [textwrap.fill(limits.meaning(made["limits"]), WIDTH), ""]
+    lines += [f"| {' | '.join(cells)} |" for cells in (head, ["---"] * len(head), *rows)]
+    shown = f"images/{limits_picture(made)}"
+    return [*lines, "", f"![Full, limited, and the difference, of {made['scene']}]({shown})"]
 
 
 def _table(made: Mapping[str, Any]) -> list[str]:

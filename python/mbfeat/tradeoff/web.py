@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from mbfeat.metrics import NAMES
+from mbfeat.tradeoff import limits
 from mbfeat.tradeoff.analysis import Rung
 from mbfeat.tradeoff.charts import colours, image_png
 from mbfeat.tradeoff.crops import Crop
@@ -58,7 +59,12 @@ def csv_text(points: Sequence[Mapping[str, Any]]) -> str:
     return sink.getvalue()
 
 
-def page(result: Mapping[str, Any], chart: bytes, crops: Sequence[Crop]) -> str:
+def page(
+    result: Mapping[str, Any],
+    chart: bytes,
+    crops: Sequence[Crop],
+    limited: Sequence[Sequence[Crop]] = (),
+) -> str:
     """The HTML file."""
     rows: list[Rung] = result["rungs"]
     scene = html.escape(result["scene"])
@@ -74,8 +80,9 @@ def page(result: Mapping[str, Any], chart: bytes, crops: Sequence[Crop]) -> str:
         f'src="{_data(chart)}">',
         f"<h2>Crops</h2><p>{html.escape(result['crops']['text'])}</p><div class='crops'>",
         *(_figure(crop) for crop in crops),
-        "</div><h2>Numbers</h2><p>Medians of the seeds; below them least and most. A dot marks "
-        "what is on the Pareto front.</p>",
+        f"</div>{_limits(result['limits'], limited)}",
+        "<h2>Numbers</h2><p>Medians of the seeds; below them least and most. A dot marks what is "
+        "on the Pareto front.</p>",
         f'<div class="scroll">{_table(rows)}</div>',
         "<h2>Seconds</h2><p>Medians. "
         + " ".join(f"<b>{phase}</b>: {html.escape(MEANING[phase])}." for phase in PHASES)
@@ -112,6 +119,21 @@ def about(result: Mapping[str, Any]) -> list[str]:
             "On a quiet machine the same command gives better ones."
         )
     return lines
+
+
+def _limits(found: Sequence[Mapping[str, Any]], shown: Sequence[Sequence[Crop]]) -> str:
+    """What limits save and lose; nothing where none were measured."""
+    if not found:
+        return ""
+    head, lines = limits.cells(found)
+    table = "".join(f"<th>{html.escape(cell)}</th>" for cell in head)
+    for line in lines:
+        table += f"</tr><tr>{''.join(f'<td>{html.escape(cell)}</td>' for cell in line)}"
+    crops = "".join(f"<div class='crops'>{''.join(map(_figure, row))}</div>" for row in shown)
+    return (
+        f"<h2>What limits save and lose</h2><p>{html.escape(limits.meaning(found))}</p>"
+        f'<div class="scroll"><table><tr>{table}</tr></table></div>{crops}'
+    )
 
 
 def _how(answer: Mapping[str, Any]) -> str:
