@@ -58,6 +58,15 @@ def test_the_stage_says_what_it_calls_for_and_who_asks(capsys: pytest.CaptureFix
     assert result["memory"]["images"] == 2
 
 
+def test_a_stage_that_calls_for_everything_gets_the_full_kernel(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert cli.main(["effects", str(SCENES / "everything.usda"), "--width", "32", "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["absent"] == []
+    assert result["kernel"]["prebuilt"] == "full"
+
+
 def test_what_nobody_reads_is_not_there(interior: Rendering) -> None:
     report = interior.render(interior.own, samplesPerPixel="1")
     assert report["effects"]["present"] == ["area lights"]

@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
+import effect_stages
 import numpy as np
 import paper_stages
 import stagekit as kit
@@ -22,7 +23,11 @@ HERE = Path(__file__).resolve().parent
 
 
 def write_textures(folder: Path) -> None:
-    """checker.png (greys), panel.png (instrument markings), leaf.png (with alpha); 8-bit sRGB."""
+    """8-bit images, sRGB but for the normals.
+
+    checker.png (greys), panel.png (instrument markings), leaf.png (with alpha), and bumps.png
+    (normals).
+    """
     folder.mkdir(parents=True, exist_ok=True)
     cells = (np.indices((64, 64)) // 8).sum(axis=0) % 2
     checker = np.where(cells[..., None] == 1, [200, 198, 190], [95, 100, 112]).astype(np.uint8)
@@ -49,6 +54,13 @@ def write_textures(folder: Path) -> None:
     alpha = np.where(across < outline, 255, 0)[..., None]
     Image.fromarray(np.concatenate([leaf, alpha], axis=-1).astype(np.uint8)).save(
         folder / "leaf.png", optimize=True
+    )
+
+    slope = 0.35 * np.sin(np.mgrid[0:32, 0:32] * (2.0 * math.pi / 16))
+    normals = np.stack([slope[1], slope[0], np.ones((32, 32))], axis=-1)
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    Image.fromarray((127.5 * (normals + 1.0) + 0.5).astype(np.uint8)).save(
+        folder / "bumps.png", optimize=True
     )
 
 
@@ -421,6 +433,7 @@ STAGES: dict[str, Callable[[], Usd.Stage]] = {
     "white_sky": white_sky,
     "mirror": mirror,
     "pane": pane,
+    "everything": effect_stages.everything,
 }
 
 
