@@ -1,5 +1,7 @@
 // What is expected of a render while it runs: samples until an error, and seconds.
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <random>
 #include <set>
 #include <utility>
@@ -88,6 +90,7 @@ TEST_CASE("light that few windows have met yet is expected in the others") {
     // deviation of 18 %, and less than 5 % of the windows: their percentile alone expects the end
     // at once. Seeds are fixed.
     constexpr int kSide = 256;
+    constexpr std::uint64_t kPixels = std::uint64_t{kSide} * kSide;
     for (const std::uint32_t seed : {1U, 2U, 3U}) {
         RareLight light(kSide, 1e-5, seed);
         Refinement refinement({0, 0, kSide, kSide}, {0.0075, false, 1 << 16});
@@ -97,7 +100,7 @@ TEST_CASE("light that few windows have met yet is expected in the others") {
             done = refinement.nextCheck();
             refinement.check(done, inOrder);
             if (expected == 0 && done == 48) {
-                expected = done + static_cast<int>(refinement.samplesLeft() / (kSide * kSide));
+                expected = done + static_cast<int>(refinement.samplesLeft() / kPixels);
             }
         }
         MESSAGE("seed " << seed << ": expected " << expected << " at 48, took " << done);
