@@ -36,13 +36,13 @@ HalfSums::HalfSums(const PixelRect& data)
     : data_(data),
       pixels_(static_cast<std::size_t>(data.width) * static_cast<std::size_t>(data.height)) {}
 
-void HalfSums::add(int x, int y, int half, const PathRecord* records, int count) {
+void HalfSums::add(int x, int y, int half, ConstPathRecords records, int count) {
     Pixel& pixel =
         pixels_[static_cast<std::size_t>(y - data_.y) * static_cast<std::size_t>(data_.width) +
                 static_cast<std::size_t>(x - data_.x)];
     for (int i = 0; i < count; ++i) {
         Sums& sums = pixel.half[(half + i) % 2];
-        const PathRecord& record = records[i];
+        const PathRecord& record = records[static_cast<std::size_t>(i)];
         const double weight = record.filterWeight;
         sums.weight += weight;
         sums.value[0] += weight * static_cast<double>(record.radiance.x);

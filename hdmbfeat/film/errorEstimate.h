@@ -39,7 +39,7 @@ public:
     explicit HalfSums(const PixelRect& data);
 
     /// Adds samples of pixel (x, y), the first to that half (0 or 1), then by turns.
-    void add(int x, int y, int half, const PathRecord* records, int count);
+    void add(int x, int y, int half, ConstPathRecords records, int count);
     const PixelRect& data() const { return data_; }
     /// Means of both halves of the pixel at (column, row) of the data window; false while one has
     /// none.

@@ -33,7 +33,7 @@ constexpr int kMostChannels = 4; ///< of an AOV
 
 /// Adds weight x value of `4 Quads` neighbouring words of every record to as many sums.
 template <int Quads>
-void addQuads(double* sums, const PathRecord* records, int recordCount, int word) {
+void addQuads(double* sums, ConstPathRecords records, int recordCount, int word) {
     using Four = xsimd::batch<double>;
     static_assert(Four::size <= 4);
     constexpr int kBatches = Quads * (4 / static_cast<int>(Four::size));
@@ -42,8 +42,9 @@ void addQuads(double* sums, const PathRecord* records, int recordCount, int word
         total[k] = Four::load_unaligned(sums + k * Four::size);
     }
     for (int i = 0; i < recordCount; ++i) {
-        const Four weight(static_cast<double>(records[i].filterWeight));
-        const float* const values = reinterpret_cast<const float*>(records + i) + word;
+        const PathRecord& record = records[static_cast<std::size_t>(i)];
+        const Four weight(static_cast<double>(record.filterWeight));
+        const float* const values = reinterpret_cast<const float*>(&record) + word;
         for (int k = 0; k < kBatches; ++k) {
             total[k] += weight * Four::load_unaligned(values + k * Four::size);
         }
@@ -53,11 +54,12 @@ void addQuads(double* sums, const PathRecord* records, int recordCount, int word
     }
 }
 
-void addOne(double* sum, const PathRecord* records, int recordCount, int word) {
+void addOne(double* sum, ConstPathRecords records, int recordCount, int word) {
     double total = *sum;
     for (int i = 0; i < recordCount; ++i) {
-        const float* const values = reinterpret_cast<const float*>(records + i);
-        total += static_cast<double>(records[i].filterWeight) * static_cast<double>(values[word]);
+        const PathRecord& record = records[static_cast<std::size_t>(i)];
+        const float* const values = reinterpret_cast<const float*>(&record);
+        total += static_cast<double>(record.filterWeight) * static_cast<double>(values[word]);
     }
     *sum = total;
 }
@@ -123,7 +125,7 @@ struct Film::Impl {
     }
     // The pixel is held.
     void start(std::size_t pixel);
-    void addMeans(std::size_t pixel, const PathRecord* records, int recordCount);
+    void addMeans(std::size_t pixel, ConstPathRecords records, int recordCount);
     void addOthers(std::size_t pixel, std::uint32_t count, const PathRecord& record);
     void keep(std::size_t pixel, std::uint32_t index, const PathRecord& record);
     void addNearest(std::uint32_t* pixelWords, bool first, const PathRecord& record) const;
@@ -297,7 +299,7 @@ void Film::Impl::keep(std::size_t pixel, std::uint32_t index, const PathRecord& 
                  samples->data() + (pixel * capacity + index) * layout.size());
 }
 
-void Film::add(int x, int y, const PathRecord* records, int recordCount) {
+void Film::add(int x, int y, ConstPathRecords records, int recordCount) {
     Impl& impl = *impl_;
     const std::size_t pixel = impl.pixelIndex(x, y);
     HeldPixel held(impl.counts->data()[pixel]);
@@ -306,7 +308,7 @@ void Film::add(int x, int y, const PathRecord* records, int recordCount) {
     }
     impl.addMeans(pixel, records, recordCount);
     for (int i = 0; i < recordCount; ++i) {
-        impl.addOthers(pixel, held.count(), records[i]);
+        impl.addOthers(pixel, held.count(), records[static_cast<std::size_t>(i)]);
         held.setCount(held.count() + 1);
     }
 }
@@ -319,10 +321,10 @@ void Film::Impl::start(std::size_t pixel) {
 
 /// A few sums at a time stay in registers while all samples pass: a sum's order is that of the
 /// samples, and memory is read and written once.
-void Film::Impl::addMeans(std::size_t pixel, const PathRecord* records, int recordCount) {
+void Film::Impl::addMeans(std::size_t pixel, ConstPathRecords records, int recordCount) {
     double* const pixelSums = sumsOf(pixel);
     for (int i = 0; i < recordCount; ++i) {
-        pixelSums[0] += static_cast<double>(records[i].filterWeight);
+        pixelSums[0] += static_cast<double>(records[static_cast<std::size_t>(i)].filterWeight);
     }
     double* out = pixelSums + 1;
     for (const Run& run : means.runs()) {
@@ -358,7 +360,7 @@ void Film::Impl::addOthers(std::size_t pixel, std::uint32_t count, const PathRec
     }
 }
 
-void Film::addToDenoiser(const PixelSample* batch, const PathRecord* records, int count) {
+void Film::addToDenoiser(const PixelSample* batch, ConstPathRecords records, int count) {
     if (impl_->denoiser) {
         impl_->denoiser->add(batch, records, count);
     }

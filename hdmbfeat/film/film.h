@@ -73,11 +73,11 @@ public:
 
     /// Adds samples of pixel (x, y), display-window coordinates inside the data window. Samples of
     /// a pixel are added in sample order, by one thread at a time.
-    void add(int x, int y, const PathRecord* records, int count);
+    void add(int x, int y, ConstPathRecords records, int count);
     void add(int x, int y, const PathRecord& record) { add(x, y, &record, 1); }
     /// Gives the denoiser, if there is one, a batch that was added; as add() for threads. The paths
     /// of a pixel lie side by side.
-    void addToDenoiser(const PixelSample* batch, const PathRecord* records, int count);
+    void addToDenoiser(const PixelSample* batch, ConstPathRecords records, int count);
     /// Reconstructs `color`, and what adds up to it, from all samples; from then on they resolve to
     /// that. An error leaves them as they are; without a denoiser, or when `stop` ended it, they
     /// are too. After the last add(), beside resolve().

@@ -99,7 +99,7 @@ Result<std::unique_ptr<FilmDenoiser>> FilmDenoiser::make(std::shared_ptr<const F
     return denoiser;
 }
 
-void FilmDenoiser::add(const PixelSample* batch, const PathRecord* records, int count) {
+void FilmDenoiser::add(const PixelSample* batch, ConstPathRecords records, int count) {
     if (!sums_) {
         return;
     }
@@ -110,10 +110,10 @@ void FilmDenoiser::add(const PixelSample* batch, const PathRecord* records, int 
     thread_local std::vector<std::size_t> pixels;
     rows.resize(static_cast<std::size_t>(count) * rowSize_);
     for (int i = 0; i < count; ++i) {
-        float* const end =
-            writePathRow(records[i], true, rows.data() + static_cast<std::size_t>(i) * rowSize_);
+        float* const end = writePathRow(records[static_cast<std::size_t>(i)], true,
+                                        rows.data() + static_cast<std::size_t>(i) * rowSize_);
         if ((flags_ & kRecordContributions) != 0) {
-            writePathParts(records[i], end);
+            writePathParts(records[static_cast<std::size_t>(i)], end);
         }
     }
     const auto isSamePixel = [&](int a, int b) {

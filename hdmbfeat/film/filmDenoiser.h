@@ -63,7 +63,7 @@ public:
     std::size_t bytes() const { return sums_ ? sums_->bytes() : 0; }
 
     /// Paths of a batch, those of a pixel side by side.
-    void add(const PixelSample* batch, const PathRecord* records, int count);
+    void add(const PixelSample* batch, ConstPathRecords records, int count);
     /// Forgets all paths, and what went wrong with them.
     void clear();
     /// Planes [aov][3][height][width]. `kept` are the film's paths where they are needed: its

@@ -35,10 +35,18 @@ double cpuSeconds() {
     return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
+/// Whether renders may stop at an error or at a time. A build without that measures what it costs
+/// renders that do not (tests/bench/targets).
+#if defined(MBFEAT_WITHOUT_TARGETS)
+constexpr bool kHasTargets = false;
+#else
+constexpr bool kHasTargets = true;
+#endif
+
 /// Samples of the next pass over the image: few at first where somebody watches or time is short.
 int passSamples(const RenderJob& job, int done, int total) {
     constexpr int kBatchPass = 16;
-    const bool fewAtFirst = job.interactive || job.options.timeLimit > 0.0;
+    const bool fewAtFirst = job.interactive || (kHasTargets && job.options.timeLimit > 0.0);
     const int wanted = fewAtFirst ? std::clamp(done, 1, kBatchPass) : kBatchPass;
     return std::min(wanted, total - done);
 }
@@ -296,7 +304,7 @@ struct Renderer::Impl {
         reportView(view);
         setDeadline(index);
         refinement.reset();
-        if (estimatesError(job.options)) {
+        if (kHasTargets && estimatesError(job.options)) {
             refinement = std::make_unique<Refinement>(view.film->window().data,
                                                       RefinementTarget{job.options.targetError,
                                                                        job.options.adaptive,
@@ -328,7 +336,7 @@ struct Renderer::Impl {
         int done = 0;
         while (done < view.samplesPerPixel) {
             int samples = passSamples(job, done, view.samplesPerPixel);
-            if (refinement) {
+            if (refines()) {
                 samples = std::min(samples, refinement->nextCheck() - done);
             }
             renderPass(view, done, samples);
@@ -337,7 +345,7 @@ struct Renderer::Impl {
             }
             done += samples;
             rate.mark(samplesDone, activeSeconds());
-            if (refinement && done == refinement->nextCheck()) {
+            if (refines() && done == refinement->nextCheck()) {
                 refinement->check(done, rowLoop());
                 samplesTotal = samplesDone + refinement->samplesLeft() + jobSamples(job, index + 1);
                 const std::lock_guard lock(reporterMutex);
@@ -366,7 +374,10 @@ struct Renderer::Impl {
     }
 
     /// Whether a view that has something in every pixel is to end.
-    bool timeIsUp() const { return job.options.timeLimit > 0.0 && activeSeconds() >= deadline; }
+    bool timeIsUp() const {
+        return kHasTargets && job.options.timeLimit > 0.0 && activeSeconds() >= deadline;
+    }
+    bool refines() const { return kHasTargets && refinement != nullptr; }
 
     RowLoop rowLoop() {
         return [this](int rows, const std::function<void(int)>& body) {
@@ -420,7 +431,7 @@ struct Renderer::Impl {
                              ? job.options.tileSize
                              : fittedTile(rect, samples, batch, pool->threadCount());
         const std::vector<TileGroup> groups =
-            refinement && !refinement->allActive()
+            refines() && !refinement->allActive()
                 ? groupTiles(refinement->activeBlocks(), samples, batch, pool->threadCount())
                 : singleTiles(rect, side);
         // The first pass is finished whatever it takes: no pixel is without samples.
@@ -438,7 +449,7 @@ struct Renderer::Impl {
     void renderTiles(const RenderView& view, const TileGroup& tiles, int first, int samples,
                      Worker& worker) {
         const auto capacity = static_cast<std::size_t>(worker.tracer->capacity());
-        const bool alternates = refinement != nullptr;
+        const bool alternates = refines();
         worker.batch.clear();
         for (const PixelRect& tile : tiles) {
             for (int y = tile.y; y < tile.y + tile.height; ++y) {
@@ -475,8 +486,9 @@ struct Renderer::Impl {
             while (end < count && batch[end].x == batch[i].x && batch[end].y == batch[i].y) {
                 ++end;
             }
-            const PathRecord* const records = worker.tracer->records() + i;
-            if (refinement) {
+            const ConstPathRecords records =
+                worker.tracer->records().from(static_cast<std::size_t>(i));
+            if (refines()) {
                 refinement->sums().add(batch[i].x, batch[i].y, sequenceOf(batch[i].index), records,
                                        end - i);
             }

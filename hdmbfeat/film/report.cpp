@@ -91,6 +91,7 @@ void writeBuilds(JsonWriter& json, const BuildStatistics& builds) {
     json.key("meshes").value(builds.accel.meshes);
     json.key("placements").value(builds.accel.placements);
     json.key("topBvh").value(builds.accel.top);
+    json.key("lightBvh").value(builds.accel.lights);
     json.key("materialBindings").value(builds.accel.bindings);
     json.key("lightTables").value(builds.lightTables);
     json.key("imagesLoaded").value(builds.images).endObject();

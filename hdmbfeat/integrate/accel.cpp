@@ -357,7 +357,7 @@ void Accel::attach(std::uint32_t index) {
     if (!record.instanced) {
         rtcAttachGeometryByID(top_.get(), record.geometry.get(),
                               static_cast<unsigned>(topEntries_.size()));
-        topEntries_.push_back({index, 0, false});
+        topEntries_.push_back({index, 0});
         return;
     }
     for (std::uint32_t i = 0; i < record.toRender.size(); ++i) {
@@ -367,38 +367,44 @@ void Accel::attach(std::uint32_t index) {
         rtcCommitGeometry(instance.get());
         rtcAttachGeometryByID(top_.get(), instance.get(),
                               static_cast<unsigned>(topEntries_.size()));
-        topEntries_.push_back({index, i, false});
+        topEntries_.push_back({index, i});
     }
 }
 
 bool Accel::commitTop(const LightSampler& lights, bool surfacesChanged,
                       const StopCheck& shouldStop) {
     lights_ = &lights;
-    const bool hadLights = looseShapes_ == 0 && !topEntries_.empty() && topEntries_.back().isLights;
-    if (!surfacesChanged && top_ && !hadLights && lights.shapeCount() <= kMostLooseShapes) {
-        looseShapes_ = lights.shapeCount(); // which are not in the structure
-        return true;
-    }
-    ++builds_.top;
-    top_ = newScene();
-    topEntries_.clear();
-    for (std::uint32_t i = 0; i < geometries_.size(); ++i) {
-        attach(i);
+    if (surfacesChanged || !top_) {
+        ++builds_.top;
+        top_ = newScene();
+        topEntries_.clear();
+        for (std::uint32_t i = 0; i < geometries_.size(); ++i) {
+            attach(i);
+        }
+        commitScene(top_.get(), shouldStop);
+        if (stopRequested(shouldStop)) {
+            return false;
+        }
     }
     looseShapes_ = lights.shapeCount() <= kMostLooseShapes ? lights.shapeCount() : 0;
-    if (lights.shapeCount() > looseShapes_) {
-        const EmbreeGeometry shapes(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_USER));
-        rtcSetGeometryUserPrimitiveCount(shapes.get(), lights.shapeCount());
-        rtcSetGeometryUserData(shapes.get(), const_cast<LightSampler*>(&lights));
-        rtcSetGeometryBoundsFunction(shapes.get(), lightBoundsCallback, nullptr);
-        rtcSetGeometryIntersectFunction(shapes.get(), lightIntersectCallback);
-        rtcSetGeometryOccludedFunction(shapes.get(), lightOccludedCallback);
+    lightShapes_.reset();
+    if (lights.shapeCount() == looseShapes_) {
+        return true;
+    }
+    ++builds_.lights;
+    lightShapes_ = newScene();
+    const EmbreeGeometry shapes(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_USER));
+    rtcSetGeometryUserPrimitiveCount(shapes.get(), lights.shapeCount());
+    rtcSetGeometryUserData(shapes.get(), const_cast<LightSampler*>(&lights));
+    rtcSetGeometryBoundsFunction(shapes.get(), lightBoundsCallback, nullptr);
+    rtcSetGeometryIntersectFunction(shapes.get(), lightIntersectCallback);
+    rtcSetGeometryOccludedFunction(shapes.get(), lightOccludedCallback);
+    {
         const FloatTrapsMasked foreignCode;
         rtcCommitGeometry(shapes.get());
-        rtcAttachGeometryByID(top_.get(), shapes.get(), static_cast<unsigned>(topEntries_.size()));
-        topEntries_.push_back({0, 0, true});
+        rtcAttachGeometry(lightShapes_.get(), shapes.get());
     }
-    commitScene(top_.get(), shouldStop);
+    commitScene(lightShapes_.get(), shouldStop);
     return !stopRequested(shouldStop);
 }
 
@@ -420,7 +426,14 @@ RayHit Accel::intersect(const Float3& origin, const Float3& direction, float tNe
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     embreeIntersect(top_.get(), query, coherent);
-
+    if (lightShapes_) {
+        RTCRayHit met = query;
+        met.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        embreeIntersect(lightShapes_.get(), met, coherent);
+        if (met.hit.geomID != RTC_INVALID_GEOMETRY_ID) {
+            return lightHit(met.hit.primID, met.ray.tfar);
+        }
+    }
     const std::int32_t shape = meetLooseShapes<float>(origin, direction, tNear, query.ray.tfar);
     if (shape >= 0) {
         return lightHit(static_cast<std::uint32_t>(shape), query.ray.tfar);
@@ -443,12 +456,12 @@ RayHit Accel::decode(unsigned geomId, unsigned instId, unsigned primId, float t,
     if (geomId == RTC_INVALID_GEOMETRY_ID) {
         return hit;
     }
+    if (geomId == kLightShapesId) {
+        return lightHit(primId, t);
+    }
     const bool inInstance = instId != RTC_INVALID_GEOMETRY_ID;
     const TopEntry& entry = topEntries_[inInstance ? instId : geomId];
     hit.t = t;
-    if (entry.isLights) {
-        return lightHit(primId, t);
-    }
     hit.kind = RayHit::Kind::kSurface;
     hit.geometry = entry.geometry;
     hit.instance = entry.instance;
@@ -473,7 +486,8 @@ bool Accel::occluded(const Float3& origin, const Float3& direction, float tNear,
     ray.id = 0;
     ray.flags = 0;
     return meetLooseShapes<float>(origin, direction, tNear, tFar) >= 0 ||
-           embreeOccluded(top_.get(), ray);
+           embreeOccluded(top_.get(), ray) ||
+           (lightShapes_ && embreeOccluded(lightShapes_.get(), ray));
 }
 
 } // namespace mbfeat

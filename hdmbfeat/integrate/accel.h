@@ -2,9 +2,10 @@
 // Scene::origin(), float).
 //
 // Plain prims are baked to render space and traced directly; prims with instances keep one BVH of
-// their object space for all of them. Analytic lights are one user geometry, but where they are
-// few: then every ray is tested against each of them after its query, which costs less than
-// Embree's calls out of its traversal.
+// their object space for all of them. Analytic lights have a structure of their own, which is asked
+// after that of the surfaces, so that an edit of a light builds no surface again. Where they are
+// few rays are tested against each of them instead, which costs less than Embree's calls out of its
+// traversal.
 //
 // Threads: commit() by one thread while nothing traces; the rest by any.
 #pragma once
@@ -38,6 +39,7 @@ struct AccelBuilds {
     std::uint64_t placements = 0; ///< instanced prims that moved and kept their BVH
     std::uint64_t bindings = 0;   ///< materials of all prims bound to their meshes
     std::uint64_t top = 0;        ///< the BVH over all prims
+    std::uint64_t lights = 0;     ///< the BVH over light shapes, where they are many
 };
 
 /// What a ray met, as indices.
@@ -101,9 +103,9 @@ public:
     void bindMaterials(const Scene& scene);
     /// Triangles with an emissive material, for the light sampler, in render space.
     std::vector<EmissiveTriangle> collectEmissiveTriangles();
-    /// Builds the top level over all prims and the analytic lights, which must outlive it; keeps it
-    /// where surfaces did not change and no light is, or was, in it. False when `shouldStop` said
-    /// so: call it again before tracing, with `surfacesChanged`.
+    /// Builds the top level over all prims, where surfaces changed, and the structure of the
+    /// analytic lights, which must outlive it. False when `shouldStop` said so: call it again
+    /// before tracing, with `surfacesChanged`.
     bool commitTop(const LightSampler& lights, bool surfacesChanged, const StopCheck& shouldStop);
     bool robust() const { return robust_; }
 
@@ -133,10 +135,17 @@ public:
     void intersectPacket(const int* valid, typename EmbreePacket<N>::RayHit& rays,
                          bool coherent) const {
         embreeIntersectPacket<N>(top_.get(), valid, rays, coherent);
+        if (lightShapes_) {
+            meetLightShapes<N>(valid, rays, coherent);
+        }
     }
     template <int N>
     void occludedPacket(const int* valid, typename EmbreePacket<N>::Ray& rays) const {
         embreeOccludedPacket<N>(top_.get(), valid, rays);
+        if (lightShapes_) {
+            // Rays that met something end before they begin, and meet no more.
+            embreeOccludedPacket<N>(lightShapes_.get(), valid, rays);
+        }
     }
     /// A hit on shape number `shape` of the light sampler.
     RayHit lightHit(std::uint32_t shape, float t) const;
@@ -146,7 +155,7 @@ public:
 
     const std::vector<std::unique_ptr<AccelGeometry>>& geometries() const { return geometries_; }
     const AccelBuilds& builds() const { return builds_; }
-    /// Light shapes that are in the structure.
+    /// Light shapes that are in a structure.
     std::uint32_t lightsInside() const { return lights_->shapeCount() - looseShapes_; }
     const std::vector<EmissiveTriangleRef>& emissiveTriangles() const { return emissive_; }
     bool mayCutOut() const { return mayCutOut_; }
@@ -160,8 +169,28 @@ public:
 private:
     struct TopEntry {
         std::uint32_t geometry = 0, instance = 0;
-        bool isLights = false;
     };
+    /// Stands for the structure of lights among the geomIDs of the top scene.
+    static constexpr unsigned kLightShapesId = RTC_INVALID_GEOMETRY_ID - 1U;
+
+    /// Rays meet the light shapes that are nearer than what they met.
+    template <int N>
+    void meetLightShapes(const int* valid, typename EmbreePacket<N>::RayHit& rays,
+                         bool coherent) const {
+        typename EmbreePacket<N>::RayHit query = rays;
+        for (int i = 0; i < N; ++i) {
+            query.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+        }
+        embreeIntersectPacket<N>(lightShapes_.get(), valid, query, coherent);
+        for (int i = 0; i < N; ++i) {
+            if (valid[i] != 0 && query.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID) {
+                rays.ray.tfar[i] = query.ray.tfar[i];
+                rays.hit.geomID[i] = kLightShapesId;
+                rays.hit.primID[i] = query.hit.primID[i];
+                rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+            }
+        }
+    }
 
     void placeInstances(AccelGeometry& record) const;
     std::unique_ptr<AccelGeometry> build(const CommittedGeometry& committed,
@@ -174,6 +203,7 @@ private:
     Diagnostics bindingMessages_; ///< of the last bindMaterials()
     EmbreeDevice device_;
     EmbreeScene top_;
+    EmbreeScene lightShapes_;          ///< null where they are loose
     std::vector<TopEntry> topEntries_; ///< by geomID of the top scene
     std::vector<std::unique_ptr<AccelGeometry>> geometries_;
     std::vector<EmissiveTriangleRef> emissive_;

@@ -97,7 +97,7 @@ struct Integrator::Impl {
     void rejectNonFinite(int x, int y, std::uint32_t sampleIndex, PathRecord& record) const {
         const Float2 subpixel = record.subpixel;
         const float weight = record.filterWeight;
-        record = PathRecord{};
+        clearRecord(record, recordBytes(request.recordFlags));
         record.subpixel = subpixel;
         record.filterWeight = weight;
         record.nonFinite = true;
@@ -198,7 +198,7 @@ std::unique_ptr<PathWorker> Integrator::makeWorker() const {
     const bool allFields = (m.request.recordFlags & kRecordFirstNonDelta) != 0 ||
                            m.handled.has(Effect::kLightMultipliers);
     return makePathWorker(m.request.options.kernel, large ? kLargeBatch : kSmallBatch, allFields,
-                          closureParts(m.handled));
+                          m.request.recordFlags, closureParts(m.handled));
 }
 
 bool Integrator::trace(PathWorker& worker, const PixelSample* samples, int count,
@@ -218,8 +218,9 @@ bool Integrator::trace(PathWorker& worker, const PixelSample* samples, int count
         return false;
     }
     counters.paths.fetch_add(static_cast<std::uint64_t>(count), std::memory_order_relaxed);
+    const PathRecords records = worker.records();
     for (int i = 0; i < count; ++i) {
-        PathRecord& record = worker.records()[i];
+        PathRecord& record = records[static_cast<std::size_t>(i)];
         scaleExposure(record, m.camera.exposureScale(), flags);
         if (!finiteRecord(record, flags)) {
             m.rejectNonFinite(samples[i].x, samples[i].y, samples[i].index, record);
@@ -248,7 +249,8 @@ BuildStatistics Integrator::builds() const {
 
 BuildStatistics BuildStatistics::operator-(const BuildStatistics& before) const {
     return {{accel.meshes - before.accel.meshes, accel.placements - before.accel.placements,
-             accel.bindings - before.accel.bindings, accel.top - before.accel.top},
+             accel.bindings - before.accel.bindings, accel.top - before.accel.top,
+             accel.lights - before.accel.lights},
             lightTables - before.lightTables,
             images - before.images};
 }

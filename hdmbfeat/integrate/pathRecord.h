@@ -4,7 +4,10 @@
 // path; the film adds it up. The record is plain floats, so that AOVs are offsets into it.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <type_traits>
 
 #include "core/vec.h"
 
@@ -90,5 +93,55 @@ struct alignas(64) PathRecord {
 
     std::uint32_t validMask() const { return (1U << static_cast<unsigned>(vertexCount)) - 1U; }
 };
+
+/// Bytes of a record up to the last part that is recorded, in whole cache lines. The parts lie in
+/// the order of what is asked for most: `color` alone takes one line.
+constexpr std::size_t recordBytes(std::uint32_t recordFlags) {
+    std::size_t end = offsetof(PathRecord, features);
+    const auto add = [&end, recordFlags](std::uint32_t flag, std::size_t partEnd) {
+        end = (recordFlags & flag) != 0 ? partEnd : end;
+    };
+    // Lanes write quads: one more float than the last vector has.
+    add(kRecordFeatures, offsetof(PathRecord, emission) + sizeof(float));
+    add(kRecordContributions, offsetof(PathRecord, extended) + sizeof(float));
+    add(kRecordExtended, offsetof(PathRecord, nonDeltaAlbedo));
+    add(kRecordFirstNonDelta, offsetof(PathRecord, primId));
+    add(kRecordFirstHit, offsetof(PathRecord, primvars));
+    add(kRecordPrimvars, sizeof(PathRecord));
+    constexpr std::size_t kLine = alignof(PathRecord);
+    return (end + kLine - 1) / kLine * kLine;
+}
+
+/// The first `bytes` of a record become those of a fresh one.
+inline void clearRecord(PathRecord& record, std::size_t bytes) {
+    static_assert(std::is_trivially_copyable_v<PathRecord>);
+    const PathRecord fresh;
+    std::memcpy(static_cast<void*>(&record), &fresh, bytes);
+}
+
+/// Records side by side, so far apart as what is recorded takes: see recordBytes(). What lies
+/// behind that must not be touched, and a record not be copied as a whole. Owns nothing.
+template <class R>
+class PathRecordRows {
+public:
+    PathRecordRows(R* first, std::size_t stride = sizeof(PathRecord))
+        : first_(reinterpret_cast<Byte*>(first)),
+          stride_(stride) {}
+    /// Of records that may be written, to be read.
+    template <class Other, class = std::enable_if_t<std::is_same_v<const Other, R>>>
+    PathRecordRows(const PathRecordRows<Other>& other)
+        : PathRecordRows(&other[0], other.stride()) {}
+
+    R& operator[](std::size_t i) const { return *reinterpret_cast<R*>(first_ + i * stride_); }
+    PathRecordRows from(std::size_t i) const { return {&(*this)[i], stride_}; }
+    std::size_t stride() const { return stride_; } ///< bytes
+
+private:
+    using Byte = std::conditional_t<std::is_const_v<R>, const unsigned char, unsigned char>;
+    Byte* first_;
+    std::size_t stride_;
+};
+using PathRecords = PathRecordRows<PathRecord>;
+using ConstPathRecords = PathRecordRows<const PathRecord>;
 
 } // namespace mbfeat

@@ -31,7 +31,7 @@ struct PathContext {
     const FilterSampler& filter;
     const RenderOptions& options;
     const std::vector<std::string>& primvars; ///< names behind primvars:*
-    std::uint32_t recordFlags = 0;
+    std::uint32_t recordFlags = 0;            ///< those that the worker was made for
     std::int64_t frame = 0;
     /// What paths are handled for: all that the scene calls for, and maybe more. Stages and
     /// branches of others are left out.
@@ -62,7 +62,7 @@ public:
     /// Memory of the batch: what paths carry along, and their records.
     virtual std::size_t stateBytes() const = 0;
     virtual std::size_t recordBytes() const = 0;
-    virtual PathRecord* records() = 0;
+    virtual PathRecords records() = 0;
     /// Since the worker was made.
     virtual const PathCounts& counts() const = 0;
 };

@@ -81,28 +81,28 @@ private:
             std::fill(std::begin(record.contributions), std::end(record.contributions), Rgb(0.0F));
             record.tail = Rgb(0.0F);
         }
-        constexpr std::uint32_t kOthers =
-            ~static_cast<std::uint32_t>(kRecordFeatures | kRecordContributions);
-        if ((flags & kOthers) != 0) {
-            resetOthers(record);
-        }
-    }
-
-    static void resetOthers(PathRecord& record) {
         const PathRecord fresh;
-        std::copy(std::begin(fresh.extended), std::end(fresh.extended), record.extended);
-        record.nonDeltaAlbedo = fresh.nonDeltaAlbedo;
-        record.nonDeltaNormal = fresh.nonDeltaNormal;
-        record.nonDeltaDepth = fresh.nonDeltaDepth;
-        record.nonDeltaTint = fresh.nonDeltaTint;
-        record.primId = fresh.primId;
-        record.instanceId = fresh.instanceId;
-        record.elementId = fresh.elementId;
-        record.depth = fresh.depth;
-        record.cameraDepth = fresh.cameraDepth;
-        record.normal = fresh.normal;
-        record.eyeNormal = fresh.eyeNormal;
-        std::copy(std::begin(fresh.primvars), std::end(fresh.primvars), record.primvars);
+        if ((flags & kRecordExtended) != 0) {
+            std::copy(std::begin(fresh.extended), std::end(fresh.extended), record.extended);
+        }
+        if ((flags & kRecordFirstNonDelta) != 0) {
+            record.nonDeltaAlbedo = fresh.nonDeltaAlbedo;
+            record.nonDeltaNormal = fresh.nonDeltaNormal;
+            record.nonDeltaDepth = fresh.nonDeltaDepth;
+            record.nonDeltaTint = fresh.nonDeltaTint;
+        }
+        if (recordsFirstHit()) {
+            record.primId = fresh.primId;
+            record.instanceId = fresh.instanceId;
+            record.elementId = fresh.elementId;
+            record.depth = fresh.depth;
+            record.cameraDepth = fresh.cameraDepth;
+            record.normal = fresh.normal;
+            record.eyeNormal = fresh.eyeNormal;
+        }
+        if ((flags & kRecordPrimvars) != 0) {
+            std::copy(std::begin(fresh.primvars), std::end(fresh.primvars), record.primvars);
+        }
     }
 
     static constexpr int kWidth = LaneTraits<T>::kWidth;
@@ -188,7 +188,8 @@ private:
             ids.empty() ? static_cast<std::int32_t>(hit.instance) : ids[hit.instance];
         record.elementId = static_cast<std::int32_t>(geometry.mesh->faceOf(hit.triangle));
         const std::vector<std::string>& names = context_.primvars;
-        for (std::size_t i = 0; i < names.size() && i < kMaxPrimvarAovs; ++i) {
+        const bool wanted = (s_.recordFlags() & kRecordPrimvars) != 0;
+        for (std::size_t i = 0; wanted && i < names.size() && i < kMaxPrimvarAovs; ++i) {
             record.primvars[i] = primvarAt(geometry, hit, names[i]);
         }
     }

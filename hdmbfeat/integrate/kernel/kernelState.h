@@ -53,12 +53,18 @@ inline constexpr EffectSet kBuiltEffects =
 inline constexpr EffectSet kBuiltEffects = EffectSet::all();
 #endif
 
+/// Whether all of them are taken for granted: in builds that measure what it costs to ask.
+#if defined(MBFEAT_ALL_EFFECTS_PRESENT)
+inline constexpr bool kAllPresent = true;
+#else
+inline constexpr bool kAllPresent = false;
+#endif
+
 /// Parts of records that can be asked for there.
 inline constexpr std::uint32_t kBuiltRecordFlags = recordFlagsOf(kBuiltEffects);
 
 /// Offset of a field of PathRecord in floats.
 #define MBFEAT_RECORD_FIELD(field) static_cast<int>(offsetof(PathRecord, field) / sizeof(float))
-inline constexpr int kRecordStride = sizeof(PathRecord) / sizeof(float);
 inline constexpr int kVertexStride = sizeof(VertexFeatures) / sizeof(float);
 inline constexpr int kExtendedStride = sizeof(VertexExtended) / sizeof(float);
 
@@ -79,10 +85,16 @@ template <class T>
 struct KernelState {
     static constexpr int kWidth = LaneTraits<T>::kWidth;
 
-    KernelState(int capacity, bool allFields)
+    KernelState(int capacity, bool allFields, std::uint32_t recordFlags)
         : paths(capacity, kWidth, allFields),
           shadows(capacity, kWidth),
-          records(static_cast<std::size_t>(capacity + kWidth)) {
+          recordStride(mbfeat::recordBytes(recordFlags) / sizeof(float)),
+          recordFloats(static_cast<std::size_t>(capacity + kWidth) * recordStride),
+          records(reinterpret_cast<PathRecord*>(recordFloats.data()),
+                  recordStride * sizeof(float)) {
+        for (std::size_t i = 0; i < static_cast<std::size_t>(capacity + kWidth); ++i) {
+            clearRecord(records[i], records.stride());
+        }
         for (std::vector<std::int32_t>* list : {&active, &survivors, &surfaces, &lights, &misses}) {
             list->reserve(static_cast<std::size_t>(capacity));
         }
@@ -91,7 +103,9 @@ struct KernelState {
     const PathContext* context = nullptr;
     PathStream paths;
     ShadowQueue shadows;
-    std::vector<PathRecord> records;
+    std::size_t recordStride; ///< floats from record to record
+    LaneArray<float> recordFloats;
+    PathRecords records; ///< the same, by name
 
     // Slots of paths, by what is to be done with them.
     std::vector<std::int32_t> active;    ///< have a ray to be traced
@@ -105,11 +119,13 @@ struct KernelState {
     /// Whether paths are handled for the effect.
     template <Effect effect>
     bool handles() const {
-        return kBuiltEffects.has(effect) && context->effects.has(effect);
+        return kBuiltEffects.has(effect) && (kAllPresent || context->effects.has(effect));
     }
 
     /// What of the records somebody reads.
-    std::uint32_t recordFlags() const { return context->recordFlags & kBuiltRecordFlags; }
+    std::uint32_t recordFlags() const {
+        return kAllPresent ? kBuiltRecordFlags : context->recordFlags & kBuiltRecordFlags;
+    }
 
     /// A batch of slots from a list: to read from, and to write to. Past the end of the list the
     /// first slot is read again and scratch slots are written.
@@ -160,11 +176,11 @@ struct KernelState {
 
     // Records as rows of floats, for lanes; slots as in Group.
     void setRecord(int field, const std::int32_t* slots, const LaneQuad<T>& quad) {
-        storeQuads<T>(recordFloats() + field, slots, kRecordStride, quad);
+        storeQuads<T>(recordFloats.data() + field, slots, recordStride, quad);
     }
     /// Leaves the value behind as it is.
     void setRecord3(int field, const std::int32_t* slots, const Vec3<T>& v) {
-        const LaneQuad<T> there = loadQuads<T>(recordFloats() + field, slots, kRecordStride);
+        const LaneQuad<T> there = loadQuads<T>(recordFloats.data() + field, slots, recordStride);
         setRecord(field, slots, {v, there.w});
     }
 
@@ -219,9 +235,8 @@ struct KernelState {
     }
 
 private:
-    float* recordFloats() { return reinterpret_cast<float*>(records.data()); }
     void add3(int field, const std::int32_t* slots, const Vec3<T>& v) {
-        const LaneQuad<T> there = loadQuads<T>(recordFloats() + field, slots, kRecordStride);
+        const LaneQuad<T> there = loadQuads<T>(recordFloats.data() + field, slots, recordStride);
         setRecord(field, slots, {there.xyz() + v, there.w});
     }
 };

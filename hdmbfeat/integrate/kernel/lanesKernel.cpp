@@ -17,21 +17,22 @@
 
 /// `parts` is one of mbfeat::kPrebuiltParts.
 extern "C" __attribute__((visibility("default"))) mbfeat::PathWorker*
-MBFEAT_KERNEL_FACTORY(int capacity, bool allFields, std::uint32_t parts) {
+MBFEAT_KERNEL_FACTORY(int capacity, bool allFields, std::uint32_t recordFlags,
+                      std::uint32_t parts) {
     using namespace mbfeat;
     using T = xsimd::batch<float>;
     constexpr std::uint32_t kBuilt =
         kBuiltEffects.has(Effect::kReflection) ? closureParts(kBuiltEffects) : 0U;
     switch (parts) {
     case kDiffuseParts:
-        return new PathKernel<T, kDiffuseParts & kBuilt>(capacity, allFields);
+        return new PathKernel<T, kDiffuseParts & kBuilt>(capacity, allFields, recordFlags);
     case kOpaqueParts:
-        return new PathKernel<T, kOpaqueParts & kBuilt>(capacity, allFields);
+        return new PathKernel<T, kOpaqueParts & kBuilt>(capacity, allFields, recordFlags);
     case kGlassParts:
-        return new PathKernel<T, kGlassParts & kBuilt>(capacity, allFields);
+        return new PathKernel<T, kGlassParts & kBuilt>(capacity, allFields, recordFlags);
     case kCoatedParts:
-        return new PathKernel<T, kCoatedParts & kBuilt>(capacity, allFields);
+        return new PathKernel<T, kCoatedParts & kBuilt>(capacity, allFields, recordFlags);
     default:
-        return new PathKernel<T, kAllBsdfParts & kBuilt>(capacity, allFields);
+        return new PathKernel<T, kAllBsdfParts & kBuilt>(capacity, allFields, recordFlags);
     }
 }

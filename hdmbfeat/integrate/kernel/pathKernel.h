@@ -19,7 +19,9 @@ namespace mbfeat {
 template <class T, std::uint32_t E>
 class PathKernel final : public PathWorker {
 public:
-    PathKernel(int capacity, bool allFields) : s_(capacity, allFields) {}
+    /// `recordFlags`: what the records have room for.
+    PathKernel(int capacity, bool allFields, std::uint32_t recordFlags)
+        : s_(capacity, allFields, recordFlags) {}
 
     bool trace(const PathContext& context, const PixelSample* samples, int count,
                const StopCheck& stop) override {
@@ -29,8 +31,8 @@ public:
     }
     int capacity() const override { return s_.paths.capacity(); }
     std::size_t stateBytes() const override { return s_.paths.bytes() + s_.shadows.bytes(); }
-    std::size_t recordBytes() const override { return s_.records.size() * sizeof(PathRecord); }
-    PathRecord* records() override { return s_.records.data(); }
+    std::size_t recordBytes() const override { return s_.recordFloats.size() * sizeof(float); }
+    PathRecords records() override { return s_.records; }
     const PathCounts& counts() const override { return s_.counts; }
 
 private:

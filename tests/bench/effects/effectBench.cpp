@@ -10,46 +10,19 @@
 #include <dlfcn.h>
 #include <doctest/doctest.h>
 
+#include "benchScenes.h"
 #include "integrate/effectParts.h"
 #include "integrate/kernels.h"
-#include "integrate/testScenes.h"
 
 using namespace mbfeat;
 using namespace mbfeat::test;
 
 namespace {
 
-using Factory = PathWorker* (*)(int capacity, bool allFields, std::uint32_t parts);
+using Factory = PathWorker* (*)(int capacity, bool allFields, std::uint32_t recordFlags,
+                                std::uint32_t parts);
 
 constexpr int kSide = 24, kSamples = 4;
-
-void addRoom(TestScene& test, const Material& material) {
-    test.add("/Floor", quadMesh({-4, -1, 4}, {8, 0, 0}, {0, 0, -8}),
-             constantMaterial("/M/Floor", {0.6F, 0.5F, 0.4F}));
-    test.add("/Back", quadMesh({-4, -1, -4}, {8, 0, 0}, {0, 4, 0}),
-             constantMaterial("/M/Back", {0.7F, 0.7F, 0.7F}));
-    test.add("/Ceiling", quadMesh({-4, 3, -4}, {8, 0, 0}, {0, 0, 8}),
-             constantMaterial("/M/Back", {0.7F, 0.7F, 0.7F}));
-    test.add("/Left", sphereMesh(0.8F, 32, false), material, translation(-1, 0, -2));
-    test.add("/Right", sphereMesh(0.8F, 32, false), material, translation(1, 0, -2));
-}
-
-/// Scenes that get each of the prebuilt kernels, with one lamp or with a sky besides.
-void fill(TestScene& test, const std::string& name) {
-    Material material = constantMaterial("/M/A", {0.8F, 0.7F, 0.6F});
-    material.ior = MaterialInput(name == "diffuse" ? 1.0F : 1.5F);
-    material.roughness = MaterialInput(0.3F);
-    if (name == "glass" || name == "full") {
-        material.opacity = MaterialInput(0.0F);
-    }
-    if (name == "coated" || name == "full") {
-        material.useSpecularWorkflow = true;
-        material.specularColor = MaterialInput(Rgb(0.2F, 0.1F, 0.1F));
-        test.addSky(Rgb(0.2F, 0.3F, 0.5F));
-    }
-    addRoom(test, material);
-    test.addLamp(2.9);
-}
 
 Factory load(const char* file) {
     void* const module = dlopen(file, RTLD_NOW | RTLD_LOCAL);
@@ -70,7 +43,7 @@ extern "C" __attribute__((noinline)) bool benchTrace(const Integrator& integrato
 
 int main(int argc, char** argv) {
     if (argc != 3) {
-        std::fprintf(stderr, "effectBench MODULE diffuse|opaque|glass|coated|full\n");
+        std::fprintf(stderr, "effectBench MODULE diffuse|opaque|glass|coated|full|everything\n");
         return 2;
     }
     const Factory factory = load(argv[1]);
@@ -78,21 +51,28 @@ int main(int argc, char** argv) {
         return 1;
     }
     TestScene test;
-    fill(test, argv[2]);
+    fillBenchScene(test, argv[2]);
+    const bool everything = std::strcmp(argv[2], "everything") == 0;
     Integrator integrator(test.scene);
     IntegratorRequest request;
     request.options = exactOptions(kSamples);
     request.options.kernel = Kernel::kAvx2;
+    if (everything) {
+        request.recordFlags = recordFlagsOf(EffectSet::all());
+        request.primvars = {"st"};
+        request.options.effects.forced = Effect::kPathSamples; // is the film's, not the kernel's
+    }
     ImageWindow window;
     window.width = window.height = kSide;
     window.data = {0, 0, kSide, kSide};
     if (!integrator.commit(request.options, {}) ||
-        integrator.setView(testCamera({0, 0.5, 3}, 0.7F), window, request)) {
+        integrator.setView(benchCamera(argv[2]), window, request)) {
         return 1;
     }
     const EffectSet effects = integrator.kernel().handled;
     const std::uint32_t parts = choosePrebuilt(Kernel::kAvx2, closureParts(effects));
-    const std::unique_ptr<PathWorker> worker(factory(kSide * kSide * kSamples, false, parts));
+    const std::unique_ptr<PathWorker> worker(
+        factory(kSide * kSide * kSamples, everything, request.recordFlags, parts));
     std::vector<PixelSample> samples;
     for (int y = 0; y < kSide; ++y) {
         for (int x = 0; x < kSide; ++x) {

@@ -94,7 +94,7 @@ std::vector<PathRecord> recordsOf(TestScene& test, const RenderOptions& options,
     request.options.pixelFilter = PixelFilter::kMitchell;
     request.options.pixelFilterWidth = 4.0F;
     request.recordFlags = kRecordFeatures | kRecordContributions | kRecordExtended |
-                          kRecordFirstNonDelta | kRecordFirstHit;
+                          kRecordFirstNonDelta | kRecordFirstHit | kRecordPrimvars;
     REQUIRE(integrator.commit(request.options, {}));
     ImageWindow window;
     window.width = 23;
@@ -120,7 +120,7 @@ std::vector<PathRecord> recordsOf(TestScene& test, const RenderOptions& options,
         const auto count = static_cast<int>(std::min(batch, samples.size() - i));
         REQUIRE(integrator.trace(*worker, samples.data() + i, count, {}));
         for (int k = 0; k < count; ++k) {
-            result.push_back(worker->records()[k]);
+            result.push_back(worker->records()[static_cast<std::size_t>(k)]);
         }
     }
     return result;
