@@ -7,15 +7,14 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-EPSILON = 1e-2
-
 
 @dataclass(frozen=True)
 class LossConfig:
     """Weights of the terms; the default is the published loss.
 
     `manifold` is that of the path-disentangling loss, and `manifold_until` the share of training
-    after which it is off.
+    after which it is off. `epsilon` is added to what errors are relative to: the smaller, the more
+    does the dark count.
     """
 
     tonemapped_relmse: float = 1.0
@@ -23,6 +22,7 @@ class LossConfig:
     log_l1: float = 0.0
     manifold: float = 0.0
     manifold_until: float = 0.6
+    epsilon: float = 1e-2
 
 
 def tonemapped(x: Tensor) -> Tensor:
@@ -31,15 +31,15 @@ def tonemapped(x: Tensor) -> Tensor:
     return positive / (1.0 + positive)
 
 
-def tonemapped_relmse(image: Tensor, reference: Tensor) -> Tensor:
+def tonemapped_relmse(image: Tensor, reference: Tensor, epsilon: float) -> Tensor:
     """Gharbi et al. 2019, equation 4."""
     a, b = tonemapped(image), tonemapped(reference)
-    return 0.5 * ((a - b) ** 2 / (b**2 + EPSILON)).mean()
+    return 0.5 * ((a - b) ** 2 / (b**2 + epsilon)).mean()
 
 
-def smape(image: Tensor, reference: Tensor) -> Tensor:
+def smape(image: Tensor, reference: Tensor, epsilon: float) -> Tensor:
     """Symmetric mean absolute percentage error, the denominator held fixed."""
-    below = (image.abs() + reference.abs() + EPSILON).detach()
+    below = (image.abs() + reference.abs() + epsilon).detach()
     return ((image - reference).abs() / below).mean()
 
 
@@ -70,13 +70,12 @@ def manifold(embedding: Tensor, reference: Tensor, pairs: Tensor) -> Tensor:
 
 def image_loss(config: LossConfig, image: Tensor, reference: Tensor) -> Tensor:
     """The weighted sum of the terms that compare images."""
-    terms = [
-        (config.tonemapped_relmse, tonemapped_relmse),
-        (config.smape, smape),
-        (config.log_l1, log_l1),
-    ]
     total = image.new_zeros(())
-    for weight, term in terms:
-        if weight:
-            total = total + weight * term(image, reference)
+    if config.tonemapped_relmse:
+        term = tonemapped_relmse(image, reference, config.epsilon)
+        total = total + config.tonemapped_relmse * term
+    if config.smape:
+        total = total + config.smape * smape(image, reference, config.epsilon)
+    if config.log_l1:
+        total = total + config.log_l1 * log_l1(image, reference)
     return total
