@@ -134,7 +134,7 @@ class _OfClasses(nn.Module):
         self.model = model
 
     def forward(self, classes: Tensor) -> tuple[Tensor, ...]:
-        hidden = self.model.of_classes(classes[None])[0]
+        hidden = self.model.of_classes(classes[None]).squeeze(0)  # an index would copy
         alike = () if self.model.alike is None else (self.model.alike(hidden),)
         gate = () if self.model.gate is None else (self.model.gates(hidden)[:, 0],)
         return hidden, *_last_layer(self.model), *alike, *gate
@@ -142,7 +142,8 @@ class _OfClasses(nn.Module):
 
 def contract(config: ModelConfig, *, whole: bool) -> Contract:
     # Activations that are alive at once, of the finest level, measured with ONNX Runtime's arena.
-    working = 10 * config.width + (0 if config.layers else len(CHANNELS[config.features]))
+    wide = 20 if config.layers else 10
+    working = wide * config.width + (0 if config.layers else len(CHANNELS[config.features]))
     return Contract(
         kind="whole" if whole else "layered" if config.layers else "hidden",
         features=config.features,
@@ -153,7 +154,7 @@ def contract(config: ModelConfig, *, whole: bool) -> Contract:
         classPlanes=config.width + 1 if config.layers else 0,
         affinity=config.affinity,
         demodulated=int(config.demodulated),
-        workingFloats=working * (3 if config.layers else 1),
+        workingFloats=working,
     )
 
 

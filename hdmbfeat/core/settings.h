@@ -85,7 +85,7 @@ struct DenoiseSettings {
     std::string model; ///< a file, or the name of one that MBFeat comes with; empty: the default
     DenoiseFeatures features = DenoiseFeatures::kAuto;
     int tile = 0;        ///< pixels on a side; 0: from `memory`
-    double memory = 1.0; ///< GiB
+    double memory = 3.0; ///< GiB
     bool combine = true; ///< take over from the rendered image where it is the better one
 };
 

@@ -17,7 +17,7 @@ namespace mbfeat {
 struct DenoiseOptions {
     int threads = 0;     ///< 0: one a core
     int tile = 0;        ///< side in pixels; 0: from `memory`
-    double memory = 1.0; ///< GiB that the network's run may take
+    double memory = 3.0; ///< GiB that the network's run may take
     ShownFeatures shown = ShownFeatures::kAll;
     /// First fields of the colours to reconstruct, all with the same kernels, so that colours which
     /// add up before still do: "R", "mbfeat:contribution:0.R", ...

@@ -23,6 +23,9 @@ was trained on, and on the three stages that the paper's scenes are like. This p
 
     {command}
     ./run training python -m training.evaluate --page {json}
+
+How the networks were trained, for how short a time, and what was tried is on
+[their card](../models/README.md).
 """
 # What is aimed at, and what Cho, Huo and Yoon's network has: relMSE and so on of paths/gbuffer.
 PAPER = {"relMSE": 0.523, "tonemappedRelMSE": 0.988, "MSE": 1.121, "relL1": 0.948, "L1": 1.130}

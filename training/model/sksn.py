@@ -147,10 +147,20 @@ class Sksn(nn.Module):
     def of_classes(self, classes: Tensor) -> Tensor:
         """The hidden features [n, classes, width, h, w] of what class_sums() gives."""
         n, count = classes.shape[:2]
-        per_pixel = self.contexts[0](_embedding(classes))
-        context = per_pixel[:, None].expand(n, count, *per_pixel.shape[1:])
-        parts = torch.cat([classes[:, :, :-1], context, classes[:, :, -1:]], dim=2)
-        regressed = self.regressor(parts.flatten(0, 1))
+        context = self.contexts[0](_embedding(classes))
+        flat = classes.flatten(0, 1)
+        if not isinstance(self.regressor, nn.Sequential):
+            parts = torch.cat([flat[:, :-1], _repeated(context, count), flat[:, -1:]], dim=1)
+            return parts.reshape(n, count, *parts.shape[1:])
+        # The first layer of the classes and of what they share apart: nothing is copied together.
+        first = self.regressor[0]
+        own = self.config.width
+        shared = slice(own, own + context.shape[1])
+        weight = torch.cat([first.weight[:, :own], first.weight[:, shared.stop :]], dim=1)
+        per_class = nn.functional.conv2d(flat, weight, first.bias)
+        per_pixel = nn.functional.conv2d(context, first.weight[:, shared])
+        sums = per_class.reshape(n, count, *per_class.shape[1:]) + per_pixel[:, None]
+        regressed = self.regressor[1:](sums.flatten(0, 1))
         return regressed.reshape(n, count, *regressed.shape[1:])
 
     def _check(self, x: Tensor) -> None:
