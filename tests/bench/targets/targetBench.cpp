@@ -34,6 +34,14 @@ int main(int argc, char** argv) {
         std::fprintf(stderr, "targetBench SAMPLES\n");
         return 2;
     }
+    doctest::Context context; // what the tests' scenes check is checked here too
+    context.setAsDefaultForAssertsOutOfTestCases();
+    context.setAssertHandler([](const doctest::AssertData& data) {
+        if (data.m_failed) {
+            std::fprintf(stderr, "%s:%d: %s\n", data.m_file, data.m_line, data.m_expr);
+            std::abort();
+        }
+    });
     TestScene test;
     addRoom(test);
     RenderJob job;
