@@ -89,10 +89,11 @@ struct KernelState {
         : paths(capacity, kWidth, allFields),
           shadows(capacity, kWidth),
           recordStride(mbfeat::recordBytes(recordFlags) / sizeof(float)),
-          recordFloats(static_cast<std::size_t>(capacity + kWidth) * recordStride),
+          recordFloats((static_cast<std::size_t>(capacity) + static_cast<std::size_t>(kWidth)) *
+                       recordStride),
           records(reinterpret_cast<PathRecord*>(recordFloats.data()),
                   recordStride * sizeof(float)) {
-        for (std::size_t i = 0; i < static_cast<std::size_t>(capacity + kWidth); ++i) {
+        for (std::size_t i = 0; i * recordStride < recordFloats.size(); ++i) {
             clearRecord(records[i], records.stride());
         }
         for (std::vector<std::int32_t>* list : {&active, &survivors, &surfaces, &lights, &misses}) {
