@@ -23,7 +23,7 @@ def main(arguments: list[str]) -> None:
     plan = Plan.read(folder)
     place = Window((width, height), x, y, min(plan.size, width), min(plan.size, height))
     quiet_openusd()
-    about, arrays = samples_of(plan, scene, window, threads=threads, place=place)
+    about, arrays = samples_of(plan, scene, window, place, threads=threads)
     with ShardWriter(ShardFiles(folder, 0)) as writer:
         writer.append(about, arrays)
         writer.finish()

@@ -59,15 +59,9 @@ def items_of(
             yield what | about, arrays
 
 
-def samples_of(
-    plan: Plan, scene: int, window: int, *, threads: int = 0, place: Window | None = None
-) -> Item:
-    """A window's samples alone, of random numbers that depend on their number.
-
-    It lies at `place`, or where the plan has it.
-    """
+def samples_of(plan: Plan, scene: int, window: int, place: Window, *, threads: int = 0) -> Item:
+    """The samples alone of the window at `place`, of random numbers that depend on their number."""
     with _scene(plan, scene, threads) as (what, renderer):
-        place = place or _windows(plan, scene, renderer)[window]
         seed = render_seed("again", plan.split, plan.seed, scene, window, plan.spp)
         samples = renderer.samples(place, plan.spp, seed)
     return what | {"window": window}, {"half": samples.half, "bytes": samples.bytes}
