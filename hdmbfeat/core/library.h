@@ -29,4 +29,11 @@ private:
     std::string problem_;
 };
 
+/// The module's function of that name, or where it is lacking `narrow`, of the same signature.
+template <class Function>
+Function widest(const char* name, Function narrow) {
+    const auto wide = reinterpret_cast<Function>(WideModule::instance().symbol(name));
+    return wide != nullptr ? wide : narrow;
+}
+
 } // namespace mbfeat

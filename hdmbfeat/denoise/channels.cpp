@@ -18,13 +18,6 @@ namespace mbfeat {
 namespace {
 
 using Kind = ChannelSource::Kind;
-using WriteFunction = std::uint32_t (*)(const ChannelPlan*, const float* const*, int, float*);
-
-WriteFunction writeFunction() {
-    static const auto wide =
-        reinterpret_cast<WriteFunction>(WideModule::instance().symbol("writeChannelsOnWideLanes"));
-    return wide != nullptr ? wide : &writeChannelsOnLanes;
-}
 
 /// Bits of a vertex's event, as PathEvent has them: the film's paths are plain numbers here.
 constexpr std::array<std::pair<const char*, std::uint32_t>, 4> kEventBits = {
@@ -212,8 +205,9 @@ bool ChannelPlan::write(const float* path, float* out, std::size_t stride) const
 }
 
 std::uint32_t ChannelPlan::writeGroup(const float* const* paths, int count, float* out) const {
+    static const auto write = widest("writeChannelsOnWideLanes", &writeChannelsOnLanes);
     const FloatTrapsMasked masked;
-    return writeFunction()(this, paths, count, out);
+    return write(this, paths, count, out);
 }
 
 } // namespace mbfeat

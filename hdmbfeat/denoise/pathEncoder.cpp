@@ -13,14 +13,6 @@ namespace mbfeat {
 
 namespace {
 
-using EncodeFunction = void (*)(const PathEncoder*, const float*, int, float*, float*);
-
-EncodeFunction encodeFunction() {
-    static const auto wide =
-        reinterpret_cast<EncodeFunction>(WideModule::instance().symbol("encodeOnWideLanes"));
-    return wide != nullptr ? wide : &encodeOnLanes;
-}
-
 constexpr int kMostOutputs = 256;
 constexpr int kCommonFeatures =
     extended::kCommon + 11; ///< with those of the first non-delta vertex
@@ -113,8 +105,9 @@ std::optional<PathEncoder> PathEncoder::read(const std::string& bytes) {
 
 void encodePaths(const PathEncoder& encoder, const float* channels, int count, float* embeddings,
                  PathClass* classes, float* divisors) {
+    static const auto encode = widest("encodeOnWideLanes", &encodeOnLanes);
     const FloatTrapsMasked masked;
-    encodeFunction()(&encoder, channels, count, embeddings, divisors);
+    encode(&encoder, channels, count, embeddings, divisors);
     const auto event = [&](int i, int path) {
         return channels[(extended::kEvents + i) * kPathGroup + path] != 0.0F;
     };
