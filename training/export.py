@@ -29,14 +29,15 @@ import torch  # noqa: E402
 from torch import Tensor, nn  # noqa: E402
 
 from training.checkpoints import CheckpointError, Trained, load_model  # noqa: E402
-from training.model.config import ModelConfig  # noqa: E402
+from training.model.atrous import filtered  # noqa: E402
+from training.model.config import GUIDES, ModelConfig  # noqa: E402
 from training.model.inputs import CHANNELS  # noqa: E402
 from training.model.pyramid import Pyramid  # noqa: E402
 from training.model.sksn import Sksn, fold_weight_norm, mean_albedo, modulated  # noqa: E402
 from training.model.splat import distances, plain_splat, splat  # noqa: E402
 
 OPSET = 18
-FORMAT = 3
+FORMAT = 4
 TOLERANCE = 1e-4
 PREFIX = "mbfeat:"  # of the metadata entries that hold the contract
 
@@ -59,6 +60,8 @@ class Contract:
       samples are in a class. The file's own takes `classes` and gives the classes' `hidden`,
       `weight` and `bias`, and where `affinity` is not 0 also `alike` [classes, affinity, h, w]: the
       squared distance of a class's from its own where it is splatted to is taken off its logit.
+      With `atrous`, dilations, it also gives `centre` [classes, passes, h, w] and `table` [passes,
+      26] of the passes that follow the splat, see training.model.atrous.
       With `demodulated` the first graph also gives `divisor` [samples, 3, h, w]: radiance divided
       by it is splatted too, what arrives is multiplied by the class's mean divisor of the pixel,
       and counts as much as the second graph's `gate` [classes, h, w] says; the plain radiance
@@ -67,7 +70,8 @@ class Contract:
       `classPlanes` sums a class, and where the renderer can compute them without the graph also
       an entry mbfeat:encoder, see `encoder_bytes`.
 
-    Tiles begin at multiples of `unit` and overlap by `receptiveField` and the splat's kernel // 2.
+    Tiles begin at multiples of `unit` and overlap by `receptiveField`, the splat's kernel // 2 and
+    twice each dilation.
     `workingFloats` is about how many numbers a pixel (and sample) takes while the graph runs.
     """
 
@@ -80,12 +84,16 @@ class Contract:
     classPlanes: int  # noqa: N815
     affinity: int
     demodulated: int
+    atrous: tuple[int, ...]
     workingFloats: int  # noqa: N815
     format: int = FORMAT
 
     def entries(self) -> dict[str, str]:
         """As metadata."""
-        values = asdict(self) | {"channels": ",".join(self.channels)}
+        values = asdict(self) | {
+            "channels": ",".join(self.channels),
+            "atrous": ",".join(map(str, self.atrous)),
+        }
         return {f"{PREFIX}{name}": str(value) for name, value in values.items()}
 
 
@@ -135,7 +143,10 @@ class _OfClasses(nn.Module):
 
     def forward(self, classes: Tensor) -> tuple[Tensor, ...]:
         hidden = self.model.of_classes(classes[None]).squeeze(0)  # an index would copy
-        alike = () if self.model.alike is None else (self.model.alike(hidden),)
+        likeness = self.model.likeness(hidden[None], classes[None])
+        alike = () if likeness is None else (likeness,)
+        if self.model.atrous is not None:
+            alike = (*alike, self.model.atrous.centre(hidden), self.model.atrous.table())
         gate = () if self.model.gate is None else (self.model.gates(hidden)[:, 0],)
         return hidden, *_last_layer(self.model), *alike, *gate
 
@@ -151,9 +162,10 @@ def contract(config: ModelConfig, *, whole: bool) -> Contract:
         kernel=config.kernel,
         unit=config.unit,
         receptiveField=config.context_field,
-        classPlanes=config.width + 1 if config.layers else 0,
-        affinity=config.affinity,
+        classPlanes=config.width + (GUIDES if config.guides else 0) + 1 if config.layers else 0,
+        affinity=config.likeness,
         demodulated=int(config.demodulated),
+        atrous=config.atrous,
         workingFloats=working,
     )
 
@@ -197,8 +209,10 @@ def export(
             entries[f"{PREFIX}encoder"] = base64.b64encode(encoder).decode()
         with torch.no_grad():
             classes = model.class_sums(samples[None], share[None])[0][0]
-        if model.alike is not None:
+        if model.config.likeness:
             last.append("alike")
+        if model.atrous is not None:
+            last += ["centre", "table"]
         if model.gate is not None:
             last.append("gate")
         graph = _traced(_OfClasses(model), {"classes": classes}, last)
@@ -215,14 +229,16 @@ def export(
 def encoder_bytes(model: Sksn) -> bytes | None:
     """Weights of what is computed for each path, or None for networks that encode otherwise.
 
-    Little-endian: float32 log_scale, then twice (the network shared over vertices, or none, and the
+    Little-endian: float32 log_scale, int32 counts of guides that follow the embedding and of
+    vertices that are looked at, then twice (the network shared over vertices, or none, and the
     embedding) int32 count of layers and for each int32 inputs and outputs, float32 weights [output,
     input] and bias. Read by hdmbfeat/denoise/pathEncoder.cpp.
     """
     c = model.config
     if not (c.layers and c.valid_bits and c.increments and c.first_non_delta):
         return None
-    parts = [np.float32(c.log_scale).tobytes()]
+    counts = np.array([GUIDES if c.guides else 0, c.vertices], dtype=np.int32)
+    parts = [np.float32(c.log_scale).tobytes(), counts.tobytes()]
     shared = model.encoding.vertex_network if c.vertex_encoder else nn.Sequential()
     for network in (shared, model.embeddings[0]):
         layers = [layer for layer in network.modules() if isinstance(layer, nn.Conv2d)]
@@ -263,7 +279,7 @@ def _traced(module: nn.Module, inputs: dict[str, Tensor], outputs: list[str]) ->
     import onnx
 
     axes: dict[str, dict[int, str]] = {}
-    for name in ("samples", "share", "classes", "mask", "divisor", "hidden", "alike"):
+    for name in ("samples", "share", "classes", "mask", "divisor", "hidden", "alike", "centre"):
         if name in inputs or name in outputs:
             axes[name] = {2: "height", 3: "width"}
     if "gate" in outputs:
@@ -351,7 +367,12 @@ def _run_layered(
     samples = torch.from_numpy(given["samples"])[:, :3]
     lights = [samples, *(samples / by for by in divisor)]
     light = torch.einsum("schw,skhw->ckhw", weight, torch.cat(lights, dim=1))
-    parts = splat(logits[:, None], light[:, None].contiguous())[None]
+    parts = splat(logits[:, None], light[:, None].contiguous())
+    if "centre" in found:
+        dilations = tuple(int(n) for n in entries[f"{PREFIX}atrous"].split(","))
+        alike, centre, table = (torch.from_numpy(found[n]) for n in ("alike", "centre", "table"))
+        parts = filtered(parts, alike, centre, table, dilations)
+    parts = parts[None]
     if divisor:
         gate = torch.from_numpy(found["gate"])[None, :, None]
         parts = modulated(parts, gate, mean_albedo(divisor[0][None], weight[None]))

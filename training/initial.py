@@ -59,10 +59,8 @@ def _exported(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:
                 if name.startswith(INSIDE):
                     values = onnx.numpy_helper.to_array(tensor).astype("float32")
                     weights[name.removeprefix(INSIDE)] = torch.from_numpy(values)
-        # The last layer is an output of its own, whose names the export does not keep.
-        weight, bias = _last_layer(path, entries, samples)
-        weights["kernels.weight"] = weight[:, :, None, None]
-        weights["kernels.bias"] = bias
+        # Outputs that do not depend on inputs, whose names the export does not keep.
+        weights |= _constants(path, entries, samples)
         return weights, json.loads(entries.get(f"{PREFIX}training", "{}"))
     except FileNotFoundError as error:
         raise CheckpointError(f"there is no network {path}") from error
@@ -73,11 +71,17 @@ def _exported(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:
         ) from error
 
 
-def _last_layer(path: Path, entries: dict[str, str], samples: str | None) -> tuple[Tensor, Tensor]:
+def _constants(path: Path, entries: dict[str, str], samples: str | None) -> dict[str, Tensor]:
     x = example(entries[f"{PREFIX}features"], 1, 8, 8).numpy()
     given = {"samples": x, "share": torch.ones(1, 1, 8, 8).numpy()}
     if samples is not None:
         classes = open_session(base64.b64decode(samples)).run(["classes"], given)[0]
         given = {"classes": classes}
-    weight, bias = open_session(str(path)).run(["weight", "bias"], given)
-    return torch.from_numpy(weight), torch.from_numpy(bias)
+    session = open_session(str(path))
+    names = [output.name for output in session.get_outputs()]
+    found = {n: torch.from_numpy(a) for n, a in zip(names, session.run(None, given), strict=True)}
+    weights = {"kernels.weight": found["weight"][:, :, None, None], "kernels.bias": found["bias"]}
+    if "table" in found:
+        weights["atrous.spatial"] = found["table"][:, :-1]
+        weights["atrous.sharpness"] = found["table"][:, -1:]
+    return weights

@@ -8,12 +8,14 @@
 
 #include <xsimd/xsimd.hpp>
 
+#include "denoise/atrousRow.h"
 #include "denoise/channelLanes.h"
 #include "denoise/pathEncoderLanes.h"
 #include "denoise/splatTile.h"
 
 #ifdef MBFEAT_WIDE_LANES
 #define splatTileOnLanes splatTileOnWideLanes
+#define atrousRowOnLanes atrousRowOnWideLanes
 #define encodeOnLanes encodeOnWideLanes
 #define writeChannelsOnLanes writeChannelsOnWideLanes
 #endif
@@ -21,6 +23,11 @@
 extern "C" __attribute__((visibility("default"))) void
 splatTileOnLanes(const mbfeat::SplatInput* input, const mbfeat::SplatTile* tile, float* out) {
     mbfeat::TileSplatter<xsimd::batch<float>>(*input, *tile).run(out);
+}
+
+extern "C" __attribute__((visibility("default"))) void
+atrousRowOnLanes(const mbfeat::ATrousPass* pass, int y, int x0, int x1) {
+    mbfeat::ATrousRow<xsimd::batch<float>>(*pass, y).run(x0, x1);
 }
 
 extern "C" __attribute__((visibility("default"))) void

@@ -8,6 +8,7 @@
 
 #include "core/clock.h"
 #include "core/parallel.h"
+#include "denoise/atrous.h"
 #include "denoise/splat.h"
 
 namespace mbfeat {
@@ -88,7 +89,7 @@ protected:
     std::vector<Tile> makeTiles(std::size_t samples) {
         const auto unit = static_cast<std::int64_t>(contract_.unit);
         const auto up = [&](std::int64_t n) { return (n + unit - 1) / unit * unit; };
-        const std::int64_t margin = up(contract_.receptiveField + contract_.kernel / 2);
+        const std::int64_t margin = up(contract_.receptiveField + contract_.spread());
         const std::int64_t side = up(tileSide(margin, samples));
         result_.tileSize = static_cast<int>(side);
         std::vector<Tile> tiles;
@@ -129,55 +130,130 @@ protected:
                 const std::vector<float>& light, const float* presence,
                 const std::vector<float>* divisors) {
         const Clock::time_point begin = Clock::now();
+        const std::optional<SplatInput> found = splatInput(tile, network, light, divisors);
+        if (!found) {
+            failure_ = Error{model_.file(),
+                             "what the network gives has other sizes than its metadata says. "
+                             "Export it anew."};
+            return;
+        }
+        SplatInput input = *found;
+        input.presence = presence;
+        std::vector<float> image(lightChannels_ * area(tile.region));
+        const SplatTile core{tile.core.x0 - tile.region.x0, tile.core.y0 - tile.region.y0,
+                             tile.core.x1 - tile.region.x0, tile.core.y1 - tile.region.y0};
+        if (contract_.atrous.empty()) {
+            splat(input, core, image.data(), pool_, options_.stop, widestSplatLanes());
+        } else {
+            input.separate = true;
+            const std::vector<float> units =
+                filteredUnits(input, core, network[kCentre].data, network[kTable].data);
+            joinUnits(input, core, units.data(), image.data());
+        }
+        place(image, tile, core);
+        result_.splatSeconds += secondsSince(begin);
+    }
+
+    /// Of a tile's region; nothing where sizes are not what the contract says.
+    std::optional<SplatInput> splatInput(const Tile& tile, const OnnxSession::Outputs& network,
+                                         const std::vector<float>& light,
+                                         const std::vector<float>* divisors) const {
+        const std::size_t pixels = area(tile.region);
         const TensorView& hidden = network[0];
         SplatInput input;
         input.width = static_cast<int>(width(tile.region));
         input.height = static_cast<int>(height(tile.region));
         input.units = static_cast<int>(hidden.shape.empty() ? 0 : hidden.shape[0]);
         input.channels = static_cast<int>(hidden.shape.size() == 4 ? hidden.shape[1] : 0);
-        const std::size_t lights = lightChannels_ * (contract_.demodulated != 0 ? 2 : 1);
+        const bool divided = contract_.demodulated != 0;
+        const std::size_t lights = lightChannels_ * (divided ? 2 : 1);
         input.lights = static_cast<int>(lights);
         input.kernel = contract_.kernel;
-        const auto kernel = static_cast<std::size_t>(input.kernel);
-        const std::size_t taps = kernel * kernel;
-        const auto units = static_cast<std::size_t>(input.units);
         input.alikeChannels = contract_.affinity;
-        const std::size_t alike =
-            units * static_cast<std::size_t>(contract_.affinity) * area(tile.region);
-        const bool divided = contract_.demodulated != 0;
-        const std::size_t gate = alike > 0 ? 4 : 3; // among the outputs
-        if ((alike > 0 && network[3].size() != alike) ||
-            (divided && network[gate].size() != units * area(tile.region)) ||
-            hidden.size() != units * static_cast<std::size_t>(input.channels) * area(tile.region) ||
-            units * lights * area(tile.region) != light.size() ||
-            network[1].size() != taps * static_cast<std::size_t>(input.channels) ||
-            network[2].size() != taps) {
-            failure_ = Error{model_.file(),
-                             "what the network gives has other sizes than its metadata says. "
-                             "Export it anew."};
-            return;
+        const auto kernel = static_cast<std::size_t>(input.kernel);
+        const auto units = static_cast<std::size_t>(input.units);
+        const auto channels = static_cast<std::size_t>(input.channels);
+        const std::size_t passes = contract_.atrous.size();
+        // In the order of DenoiseModel::checkGraphs().
+        std::vector<std::size_t> sizes = {units * channels * pixels, kernel * kernel * channels,
+                                          kernel * kernel};
+        if (contract_.affinity > 0) {
+            sizes.push_back(units * static_cast<std::size_t>(contract_.affinity) * pixels);
+        }
+        if (passes > 0) {
+            sizes.push_back(units * passes * pixels);
+            sizes.push_back(passes * (atrous::kTaps + 1));
+        }
+        if (divided) {
+            sizes.push_back(units * pixels);
+        }
+        bool fits = units * lights * pixels == light.size();
+        for (std::size_t i = 0; i < sizes.size(); ++i) {
+            fits = fits && network[i].size() == sizes[i];
+        }
+        if (!fits) {
+            return std::nullopt;
         }
         input.hidden = hidden.data;
         input.light = light.data();
         input.weight = network[1].data;
         input.bias = network[2].data;
-        input.alike = alike > 0 ? network[3].data : nullptr;
-        input.presence = presence;
+        input.alike = contract_.affinity > 0 ? network[kAlike].data : nullptr;
         input.apart = divisors != nullptr;
         if (divided && divisors != nullptr) {
-            input.gate = network[gate].data;
+            input.gate = network[sizes.size() - 1].data;
             input.divisor = divisors->data();
         }
-        std::vector<float> image(lightChannels_ * area(tile.region));
-        const SplatTile core{tile.core.x0 - tile.region.x0, tile.core.y0 - tile.region.y0,
-                             tile.core.x1 - tile.region.x0, tile.core.y1 - tile.region.y0};
-        splat(input, core, image.data(), pool_, options_.stop, widestSplatLanes());
+        return input;
+    }
+
+    /// The units' images [units][lights][height][width], splatted and filtered, right in the core.
+    std::vector<float> filteredUnits(const SplatInput& input, const SplatTile& core,
+                                     const float* centre, const float* table) {
+        const std::size_t plane =
+            static_cast<std::size_t>(input.width) * static_cast<std::size_t>(input.height);
+        const std::size_t image = static_cast<std::size_t>(input.lights) * plane;
+        std::vector<float> light(static_cast<std::size_t>(input.units) * image);
+        std::vector<float> filtered(light.size());
+        const std::size_t passes = contract_.atrous.size();
+        int border = contract_.spread() - contract_.kernel / 2; // of what later passes read
+        const auto around = [&] {
+            return SplatTile{std::max(core.x0 - border, 0), std::max(core.y0 - border, 0),
+                             std::min(core.x1 + border, input.width),
+                             std::min(core.y1 + border, input.height)};
+        };
+        splat(input, around(), light.data(), pool_, options_.stop, widestSplatLanes());
+        for (std::size_t level = 0; level < passes; ++level) {
+            ATrousPass pass;
+            pass.width = input.width;
+            pass.height = input.height;
+            pass.lights = input.lights;
+            pass.alikeChannels = input.alikeChannels;
+            pass.dilation = contract_.atrous[level];
+            pass.spatial = table + level * (atrous::kTaps + 1);
+            pass.sharpness = pass.spatial[atrous::kTaps];
+            border -= atrous::kRadius * pass.dilation;
+            for (std::size_t unit = 0; unit < static_cast<std::size_t>(input.units); ++unit) {
+                pass.light = light.data() + unit * image;
+                pass.alike =
+                    input.alike + unit * static_cast<std::size_t>(input.alikeChannels) * plane;
+                pass.centre = centre + (unit * passes + level) * plane;
+                pass.out = filtered.data() + unit * image;
+                filter(pass, around(), pool_, options_.stop, widestSplatLanes());
+            }
+            std::swap(light, filtered);
+        }
+        return light;
+    }
+
+    /// Puts the core of a region's image into that of the whole.
+    void place(const std::vector<float>& image, const Tile& tile, const SplatTile& core) {
+        const auto columns = static_cast<std::size_t>(width(tile.region));
         for (std::size_t p = 0; p < lightChannels_; ++p) {
             for (int y = core.y0; y < core.y1; ++y) {
-                const float* const from =
-                    image.data() + p * area(tile.region) +
-                    static_cast<std::size_t>(y) * static_cast<std::size_t>(input.width) +
-                    static_cast<std::size_t>(core.x0);
+                const float* const from = image.data() + p * area(tile.region) +
+                                          static_cast<std::size_t>(y) * columns +
+                                          static_cast<std::size_t>(core.x0);
                 std::copy_n(from, width(core),
                             result_.image.data() + p * pixelCount() +
                                 static_cast<std::size_t>(y + tile.region.y0) *
@@ -185,8 +261,10 @@ protected:
                                 static_cast<std::size_t>(tile.core.x0));
             }
         }
-        result_.splatSeconds += secondsSince(begin);
     }
+
+    // Places among the network's outputs.
+    static constexpr std::size_t kAlike = 3, kCentre = 4, kTable = 5;
 
     const DenoiseModel& model_;
     const DenoiseContract& contract_;

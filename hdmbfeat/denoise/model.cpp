@@ -13,6 +13,7 @@
 #include <system_error>
 
 #include "core/library.h"
+#include "denoise/atrous.h"
 
 namespace mbfeat {
 
@@ -21,12 +22,20 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kDefaultModel = "best";
-constexpr const char* kFormat = "3";
-constexpr const char* kFormatBefore = "2"; ///< had neither affinity nor demodulation
+constexpr int kFormat = 4;
+constexpr int kOldestFormat = 2;   ///< had neither affinity nor demodulation
+constexpr int kAffinityFormat = 3; ///< had no guides, and no passes after the splat
 
 /// Where the models lie that MBFeat comes with.
 fs::path modelFolder() {
     return fs::path(libraryFolder()) / ".." / "models";
+}
+
+/// A whole number within bounds; false where the text is something else.
+bool readNumber(const std::string& text, int least, int most, int& value) {
+    const char* const end = text.data() + text.size();
+    const auto [last, failed] = std::from_chars(text.data(), end, value);
+    return failed == std::errc() && last == end && value >= least && value <= most;
 }
 
 std::string listOfInstalled() {
@@ -70,6 +79,14 @@ std::optional<std::string> decoded(const std::string& text) {
 }
 
 } // namespace
+
+int DenoiseContract::spread() const {
+    int sum = kernel / 2;
+    for (const int dilation : atrous) {
+        sum += atrous::kRadius * dilation;
+    }
+    return sum;
+}
 
 std::vector<std::pair<std::string, std::string>> DenoiseModel::installed() {
     std::vector<std::pair<std::string, std::string>> found;
@@ -167,15 +184,14 @@ Status DenoiseModel::readContract() {
     const auto entry = [&](const char* name) {
         return graph_->metadata(std::string("mbfeat:") + name);
     };
-    const bool isBefore = entry("format") == kFormatBefore;
-    if (entry("format") != kFormat && !isBefore) {
+    if (!readNumber(entry("format"), kOldestFormat, kFormat, contract_.format)) {
         return Error{file_, entry("format").empty()
                                 ? "it is no network of MBFeat's: its metadata lacks mbfeat:format. "
                                   "Give a file that training.export wrote."
                                 : "its format " + entry("format") +
                                       " is not the one that this "
                                       "version reads, " +
-                                      kFormat + ". Export it anew."};
+                                      std::to_string(kFormat) + ". Export it anew."};
     }
     const std::string kind = entry("kind");
     if (kind != "hidden" && kind != "layered") {
@@ -202,19 +218,24 @@ Status DenoiseModel::readContract() {
           Number{"receptiveField", &contract_.receptiveField, 0, 4096},
           Number{"classPlanes", &contract_.classPlanes, 0, 1 << 16},
           Number{"workingFloats", &contract_.workingFloats, 1, 1 << 20}}) {
-        const bool isMissing = isBefore && (number.value == &contract_.affinity ||
-                                            number.value == &contract_.demodulated);
+        const bool isMissing =
+            contract_.format < kAffinityFormat &&
+            (number.value == &contract_.affinity || number.value == &contract_.demodulated);
         const std::string text = isMissing ? "0" : entry(number.name);
-        const auto [end, failed] =
-            std::from_chars(text.data(), text.data() + text.size(), *number.value);
-        if (failed != std::errc() || end != text.data() + text.size() ||
-            *number.value < number.least || *number.value > number.most) {
+        if (!readNumber(text, number.least, number.most, *number.value)) {
             return Error{file_, "its metadata mbfeat:" + std::string(number.name) + " is '" + text +
                                     "', which cannot be. Export the network anew."};
         }
     }
-    if (contract_.kernel % 2 == 0 || contract_.channels.size() < 3 ||
-        contract_.channels[0] != "R") {
+    std::istringstream dilations(entry("atrous"));
+    for (std::string text; std::getline(dilations, text, ',');) {
+        if (!readNumber(text, 1, 1024, contract_.atrous.emplace_back())) {
+            return Error{file_, "its metadata mbfeat:atrous is '" + entry("atrous") +
+                                    "', which cannot be. Export the network anew."};
+        }
+    }
+    if (contract_.kernel % 2 == 0 || (contract_.affinity == 0 && !contract_.atrous.empty()) ||
+        contract_.channels.size() < 3 || contract_.channels[0] != "R") {
         return Error{file_, "its metadata contradicts itself (kernel " +
                                 std::to_string(contract_.kernel) + ", " +
                                 std::to_string(contract_.channels.size()) +
@@ -229,7 +250,7 @@ Status DenoiseModel::readEncoder() {
         return std::nullopt;
     }
     if (const auto bytes = decoded(text)) {
-        encoder_ = PathEncoder::read(*bytes);
+        encoder_ = PathEncoder::read(*bytes, contract_.format > kAffinityFormat);
     }
     if (!encoder_ || encoder_->width() + 1 != contract_.classPlanes ||
         contract_.channels.size() != extended::kChannels) {
@@ -244,6 +265,9 @@ Status DenoiseModel::checkGraphs() const {
     Names outputs = {"hidden", "weight", "bias"};
     if (contract_.affinity > 0) {
         outputs.emplace_back("alike");
+    }
+    if (!contract_.atrous.empty()) {
+        outputs.insert(outputs.end(), {"centre", "table"});
     }
     Names sums = {"classes", "mask"};
     if (contract_.demodulated != 0) {

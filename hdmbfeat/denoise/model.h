@@ -20,15 +20,20 @@ struct DenoiseContract {
     /// hidden features of the classes.
     enum class Kind : std::uint8_t { kHidden, kLayered };
     Kind kind = Kind::kHidden;
+    int format = 0;
     std::string features;              ///< gbuffer, paths or extended
     std::vector<std::string> channels; ///< of a sample, in the network's order
     int kernel = 1;
-    int unit = 1;           ///< tiles begin at multiples of this
-    int receptiveField = 0; ///< pixels around one that can change it, without the splat
-    int classPlanes = 0;    ///< of a layered model: sums of a class
-    int affinity = 0;       ///< of a layered model: channels of `alike`, see splat.h
-    int demodulated = 0;    ///< of a layered model: 1 where divided radiance is splatted too
-    int workingFloats = 0;  ///< a pixel, at its largest, of a run; of `hidden`, a sample and pixel
+    int unit = 1;            ///< tiles begin at multiples of this
+    int receptiveField = 0;  ///< pixels around one that can change it, without the splat
+    int classPlanes = 0;     ///< of a layered model: sums of a class
+    int affinity = 0;        ///< of a layered model: channels of `alike`, see splat.h
+    std::vector<int> atrous; ///< of a layered model: dilations of the passes after the splat
+    int demodulated = 0;     ///< of a layered model: 1 where divided radiance is splatted too
+    int workingFloats = 0;   ///< a pixel, at its largest, of a run; of `hidden`, a sample and pixel
+
+    /// Pixels that light moves at most from its own, the splat and the passes after it.
+    int spread() const;
 };
 
 /// A model that is ready to run. Any thread.

@@ -88,16 +88,24 @@ private:
 
 } // namespace
 
-std::optional<PathEncoder> PathEncoder::read(const std::string& bytes) {
+std::optional<PathEncoder> PathEncoder::read(const std::string& bytes, bool hasCounts) {
     Reader reader(bytes);
     PathEncoder encoder;
     encoder.logScale = reader.number<float>();
+    if (hasCounts) {
+        encoder.guides = reader.number<std::int32_t>();
+        encoder.vertices = reader.number<std::int32_t>();
+    }
+    if (encoder.vertices < 1 || encoder.vertices > extended::kVertices) {
+        return std::nullopt;
+    }
     encoder.vertex = reader.layers(kVertexFeatures + extended::kVertices);
-    const int vertices = encoder.vertex.empty() ? extended::kVertices * kVertexFeatures
+    const int vertices = encoder.vertex.empty() ? encoder.vertices * kVertexFeatures
                                                 : kVertexFeatures + encoder.vertex.back().outputs;
     encoder.embedding = reader.layers(kCommonFeatures + vertices);
     if (!reader.isAtEnd() || encoder.embedding.empty() || !(encoder.logScale > 0.0F) ||
-        kCommonFeatures + vertices > kMostOutputs) {
+        (encoder.guides != 0 && encoder.guides != extended::kGuides) ||
+        encoder.width() > kMostOutputs || kCommonFeatures + vertices > kMostOutputs) {
         return std::nullopt;
     }
     return encoder;

@@ -36,24 +36,31 @@ inline constexpr int kValid = kFeatures + 9 * kVertices;
 inline constexpr int kExtended = kValid + kVertices; ///< roughness, distance, throughput
 inline constexpr int kEvents = kExtended + 5 * kVertices;
 inline constexpr int kChannels = kEvents + 4 * kVertices;
+inline constexpr int kGuides = 7; ///< of the first non-delta vertex: albedo, normal, depth
 } // namespace extended
 
 struct PathEncoder {
     float logScale = 1.0F;
     std::vector<DenseLayer> vertex;    ///< empty: the vertices' features are given as they are
     std::vector<DenseLayer> embedding; ///< the last one's outputs are the embedding
+    /// How many features of the first vertex that is no mirror follow it as they are: albedo,
+    /// normal and depth, or none.
+    int guides = 0;
+    int vertices = extended::kVertices; ///< that are looked at, from the camera on
 
-    int width() const { return embedding.empty() ? 0 : embedding.back().outputs; }
+    int width() const { return embedding.empty() ? 0 : embedding.back().outputs + guides; }
 
-    /// Of the bytes in the metadata of a model; nothing where they make no sense.
-    static std::optional<PathEncoder> read(const std::string& bytes);
+    /// Of the bytes in the metadata of a model, which before format 4 had no counts of guides and
+    /// vertices; nothing where they make no sense.
+    static std::optional<PathEncoder> read(const std::string& bytes, bool hasCounts);
 };
 
 enum class PathClass : std::uint8_t { kDirect, kReflected, kTransmitted };
 
-/// Embeddings [path][width] and classes of `count` paths, at most kPathGroup, whose channels are
-/// [channel][kPathGroup]; channels of paths beyond `count` are to be zero. On the widest lanes.
-/// `divisors`, which may be null, become the albedos [3][kPathGroup] that radiance is divided by.
+/// Embeddings, guides included, [path][width] and classes of `count` paths, at most kPathGroup,
+/// whose channels are [channel][kPathGroup]; channels of paths beyond `count` are to be zero. On
+/// the widest lanes. `divisors`, which may be null, become the albedos [3][kPathGroup] that
+/// radiance is divided by.
 void encodePaths(const PathEncoder& encoder, const float* channels, int count, float* embeddings,
                  PathClass* classes, float* divisors);
 

@@ -19,19 +19,26 @@ public:
           channels_(channels),
           perScale_(1.0F / encoder.logScale) {}
 
-    /// Embeddings of the lanes' paths, [output].
+    /// Embeddings of the lanes' paths and what follows them, [output].
     const T* run() {
         int size = addCommon(features_.data());
         size += addFirstNonDelta(features_.data() + size);
         if (encoder_.vertex.empty()) {
-            for (int k = 0; k < extended::kVertices; ++k) {
+            for (int k = 0; k < encoder_.vertices; ++k) {
                 size += addVertex(k, features_.data() + size);
             }
         } else {
             size += addVertex(0, features_.data() + size);
             size += addShared(features_.data() + size);
         }
-        return layers(encoder_.embedding, features_.data(), size);
+        const T* const embedding = layers(encoder_.embedding, features_.data(), size);
+        if (encoder_.guides == 0) {
+            return embedding;
+        }
+        const T* const guides = features_.data() + extended::kCommon; // addFirstNonDelta()'s
+        T* const end = std::copy_n(embedding, encoder_.embedding.back().outputs, outputs_.data());
+        std::copy_n(guides, encoder_.guides, end);
+        return outputs_.data();
     }
 
     /// What a colour of the radiance is divided by, after run(): see demodulator() in
@@ -116,7 +123,7 @@ private:
     int addShared(T* out) {
         const int size = encoder_.vertex.back().outputs;
         std::fill(out, out + size, T(0.0F));
-        for (int k = 0; k < extended::kVertices; ++k) {
+        for (int k = 0; k < encoder_.vertices; ++k) {
             const T isValid = valid(k);
             if (none(isValid != T(0.0F))) {
                 continue;
@@ -173,7 +180,7 @@ private:
     const PathEncoder& encoder_;
     const float* channels_;
     float perScale_;
-    std::array<T, kMost> features_, first_, second_;
+    std::array<T, kMost> features_, first_, second_, outputs_;
     std::array<T, 32> row_;
 };
 

@@ -68,4 +68,41 @@ bool splat(const SplatInput& input, const SplatTile& area, float* out, ThreadPoo
                     });
 }
 
+float modulatedLight(const SplatInput& input, float plain, float divided, int unit, int colour,
+                     std::size_t pixel) {
+    const std::size_t plane =
+        static_cast<std::size_t>(input.width) * static_cast<std::size_t>(input.height);
+    const auto row = static_cast<std::size_t>(unit);
+    const float albedo =
+        input.divisor[(3 * row + static_cast<std::size_t>(colour)) * plane + pixel];
+    const float gate = albedo > 0.0F ? input.gate[row * plane + pixel] : 0.0F;
+    return (1.0F - gate) * plain + gate * albedo * divided;
+}
+
+void joinUnits(const SplatInput& input, const SplatTile& area, const float* separate, float* out) {
+    const std::size_t plane =
+        static_cast<std::size_t>(input.width) * static_cast<std::size_t>(input.height);
+    const int lights = input.gate == nullptr ? input.lights : input.lights / 2;
+    for (int unit = 0; unit < input.units;
+         ++unit, separate += plane * static_cast<std::size_t>(input.lights)) {
+        for (int c = 0; c < lights; ++c) {
+            const float* const plain = separate + static_cast<std::size_t>(c) * plane;
+            const float* const divided = plain + static_cast<std::size_t>(lights) * plane;
+            float* const to = out + static_cast<std::size_t>(c) * plane;
+            for (int y = area.y0; y < area.y1; ++y) {
+                const std::size_t row =
+                    static_cast<std::size_t>(y) * static_cast<std::size_t>(input.width);
+                for (std::size_t i = row + static_cast<std::size_t>(area.x0);
+                     i < row + static_cast<std::size_t>(area.x1); ++i) {
+                    const float value =
+                        input.gate == nullptr
+                            ? plain[i]
+                            : modulatedLight(input, plain[i], divided[i], unit, c % 3, i);
+                    to[i] = unit > 0 ? to[i] + value : value;
+                }
+            }
+        }
+    }
+}
+
 } // namespace mbfeat

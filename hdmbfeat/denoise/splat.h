@@ -13,6 +13,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 
 namespace mbfeat {
@@ -39,6 +40,8 @@ struct SplatInput {
     const float* presence =
         nullptr;        ///< [units][height][width], 0 where there is no unit; may be null
     bool apart = false; ///< a softmax for each unit, and the images added
+    /// With `apart`: the images are left as they are, for joinUnits().
+    bool separate = false;
 };
 
 /// Part of an image, in pixels.
@@ -51,12 +54,21 @@ enum class SplatLanes : std::uint8_t { kScalar, kNarrow, kWide };
 /// The widest lanes that this processor and build have.
 SplatLanes widestSplatLanes();
 
-/// Writes the area's pixels of `out` [lights][height][width], with a gate half as many lights; 0
-/// where nothing arrives. Tiles are
+/// Writes the area's pixels of `out` [lights][height][width], with a gate half as many lights, or
+/// where units are separate [units][lights][height][width]; 0 where nothing arrives. Tiles are
 /// shared among the pool's threads: a pixel is computed by one thread, from its inputs in a fixed
 /// order, so that the result depends neither on threads nor on tiles. Lanes agree to rounding.
 /// False when `stop` (may be null) ended it.
 bool splat(const SplatInput& input, const SplatTile& area, float* out, ThreadPool& pool,
            const std::atomic<bool>* stop, SplatLanes lanes);
+
+/// Adds the area's pixels of images that were left separate, as splat() does otherwise: of
+/// `separate` [units][lights][height][width] to `out` [lights][height][width], with a gate half as
+/// many lights.
+void joinUnits(const SplatInput& input, const SplatTile& area, const float* separate, float* out);
+
+/// What a unit gives to a pixel whose gate and divisor there are: of a plain and a divided light.
+float modulatedLight(const SplatInput& input, float plain, float divided, int unit, int colour,
+                     std::size_t pixel);
 
 } // namespace mbfeat

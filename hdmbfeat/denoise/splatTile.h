@@ -264,10 +264,14 @@ private:
         }
     }
 
-    /// Writes what has arrived, or of all units but the first adds it.
+    /// Writes what has arrived, or unless units are separate adds that of all but the first.
     void store(float* out, int unit) {
         const std::size_t plane = pixels();
-        const int lights = in_.gate == nullptr ? in_.lights : in_.lights / 2;
+        const bool isGated = in_.gate != nullptr && !in_.separate;
+        const int lights = isGated ? in_.lights / 2 : in_.lights;
+        if (in_.separate) {
+            out += static_cast<std::size_t>(unit) * static_cast<std::size_t>(lights) * plane;
+        }
         for (int y = tile_.y0; y < tile_.y1; ++y) {
             for (int x = tile_.x0; x < tile_.x1; ++x) {
                 const int i = x - tile_.x0;
@@ -279,23 +283,15 @@ private:
                     static_cast<std::size_t>(x);
                 for (int c = 0; c < lights; ++c) {
                     float value = reached ? sums(c + 2, y)[i] / total : 0.0F;
-                    if (in_.gate != nullptr && reached) {
+                    if (isGated && reached) {
                         const float divided = sums(lights + c + 2, y)[i] / total;
-                        value = modulated(value, divided, unit, c % 3, pixel);
+                        value = modulatedLight(in_, value, divided, unit, c % 3, pixel);
                     }
                     float& to = out[static_cast<std::size_t>(c) * plane + pixel];
-                    to = unit > 0 ? to + value : value;
+                    to = unit > 0 && !in_.separate ? to + value : value;
                 }
             }
         }
-    }
-
-    float modulated(float plain, float divided, int unit, int colour, std::size_t pixel) const {
-        const auto row = static_cast<std::size_t>(unit);
-        const float albedo =
-            in_.divisor[(3 * row + static_cast<std::size_t>(colour)) * pixels() + pixel];
-        const float gate = albedo > 0.0F ? in_.gate[row * pixels() + pixel] : 0.0F;
-        return (1.0F - gate) * plain + gate * albedo * divided;
     }
 
     const SplatInput& in_;

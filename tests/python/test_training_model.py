@@ -12,9 +12,9 @@ torch = pytest.importorskip("torch", reason="torch is only in ./run training's e
 
 from training.batches import turned  # noqa: E402
 from training.dataset import layout  # noqa: E402
-from training.model import encoding, inputs, losses  # noqa: E402
-from training.model.config import ConfigError, ModelConfig  # noqa: E402
-from training.model.sksn import Sksn, fold_weight_norm  # noqa: E402
+from training.model import atrous, encoding, inputs, losses  # noqa: E402
+from training.model.config import GUIDES, ConfigError, ModelConfig  # noqa: E402
+from training.model.sksn import Sksn, fold_weight_norm, guide_means  # noqa: E402
 from training.model.splat import distances, plain_distances, plain_splat, splat  # noqa: E402
 
 SMALL: dict[str, Any] = {
@@ -36,6 +36,13 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "affinity": EXTENDED | {"layers": True, "vertex_encoder": 8, "affinity": 3},
     "demodulated": EXTENDED
     | {"layers": True, "vertex_encoder": 8, "affinity": 3, "demodulated": True},
+    "guides": EXTENDED | {"layers": True, "vertex_encoder": 8, "guides": True},
+    "two vertices": EXTENDED | {"layers": True, "vertices": 2},
+    "encoder of two": EXTENDED | {"layers": True, "vertex_encoder": 8, "vertices": 2},
+    "atrous": EXTENDED
+    | {"layers": True, "vertex_encoder": 8, "affinity": 3, "guides": True, "atrous": (1, 3)},
+    "atrous, demodulated": EXTENDED
+    | {"layers": True, "increments": False, "affinity": 2, "atrous": (2,), "demodulated": True},
     "pyramid": EXTENDED | {"pyramid": 3},
     "all": EXTENDED | {"vertex_encoder": 8, "layers": True, "pyramid": 3},
 }
@@ -114,6 +121,34 @@ def test_splat_survives_any_logits() -> None:
         torch.testing.assert_close(image, exact, atol=1e-5, rtol=1e-5)
 
 
+def test_passes_after_the_splat_are_their_definition() -> None:
+    """Pixel by pixel and tap by tap; what lies outside the image counts nothing."""
+    torch.manual_seed(3)
+    height, width, dilation = 7, 9, 3
+    image, features = torch.rand(2, 3, height, width), torch.randn(2, 2, height, width)
+    centre, table = torch.randn(2, 1, height, width), torch.randn(1, atrous.TAPS + 1)
+    found = atrous.filtered(image, features, centre, table, (dilation,))
+    for n, y, x in np.ndindex(2, height, width):
+        total, weights = torch.zeros(3), 0.0
+        for tap in range(atrous.TAPS):
+            row, column = y + dilation * (tap // 5 - 2), x + dilation * (tap % 5 - 2)
+            if 0 <= row < height and 0 <= column < width:
+                apart = ((features[n, :, y, x] - features[n, :, row, column]) ** 2).sum()
+                own = centre[n, 0, y, x] if tap == atrous.MIDDLE else -table[0, -1] * apart
+                weight = torch.exp(table[0, tap] + own)
+                total, weights = total + weight * image[n, :, row, column], weights + weight
+        torch.testing.assert_close(found[n, :, y, x], total / weights)
+
+
+def test_guides_are_means_and_filled_where_a_class_is_missing() -> None:
+    sums = torch.zeros(1, GUIDES + 1, 5, 5)
+    sums[0, :GUIDES, 2, 2] = 0.25 * torch.arange(GUIDES)
+    sums[0, GUIDES, 2, 2] = 0.25
+    found = guide_means(sums)
+    expected = torch.arange(GUIDES, dtype=torch.float32)[:, None, None].expand(GUIDES, 5, 5)
+    torch.testing.assert_close(found[0], expected, rtol=0.01, atol=0.0)
+
+
 def test_published_size_and_parameters() -> None:
     """34.8 million with the published 96 inputs; ours has 60."""
     model = Sksn(ModelConfig())
@@ -148,9 +183,11 @@ def test_every_variant_takes_any_size_and_number_of_samples(name: str) -> None:
         x = plausible(config.features, 2, samples, h, w)
         image = model(x)
         assert image.shape == (2, 3, h, w) and torch.isfinite(image).all()
-        # Weighted means of radiance are within its range; of layers, their sum is. Of divided
+        # Weighted means of radiance are within its range, and so is that of each layer. Of divided
         # radiance they are within the range of that.
-        most = 1 / encoding.LEAST_ALBEDO if config.demodulated else 1 + 1e-4
+        most = encoding.CLASSES if config.layers else 1 + 1e-4
+        if config.demodulated:
+            most = 1 / encoding.LEAST_ALBEDO
         assert image.min() >= 0 and image.max() <= most
     image.sum().backward()
     assert all(p.grad is not None for p in model.parameters())
@@ -185,7 +222,7 @@ def test_order_of_samples_does_not_matter(name: str) -> None:
     torch.testing.assert_close(model(x), model(x[:, torch.randperm(5)]))
 
 
-@pytest.mark.parametrize("name", ["paths", "two steps", "all"])
+@pytest.mark.parametrize("name", ["paths", "two steps", "all", "atrous"])
 def test_pixels_beyond_the_receptive_field_change_nothing(name: str) -> None:
     torch.manual_seed(7)
     config = ModelConfig(**VARIANTS[name])

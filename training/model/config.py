@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 
 T = TypeVar("T")
 
+GUIDES = 7  # albedo, normal and depth of the first vertex that is no mirror nor clear glass
 FEATURE_SETS = ("gbuffer", "paths", "extended")
 
 
@@ -24,7 +25,8 @@ class ModelConfig:
     set ``extended``: `increments` gives radiance as what each vertex adds (throughput times direct
     light), `first_non_delta` the features of the first vertex that is no mirror nor clear glass,
     `vertex_encoder` the width of a network shared over vertices, whose outputs are summed, in place
-    of the flat features (0: flat). `layers` reconstructs direct, reflected and transmitted paths
+    of the flat features (0: flat), `vertices` how many of them are looked at, from the camera on.
+    `layers` reconstructs direct, reflected and transmitted paths
     apart with kernels of their own, and adds them. `pyramid` is the number of scales on which
     kernels of `kernel` pixels are splatted (1: full resolution only). `affinity` is the number of
     features, learned, in which a class at a pixel should be like itself where it is splatted to:
@@ -34,6 +36,10 @@ class ModelConfig:
     `demodulated` also splats radiance divided by the albedo of the first vertex that is no mirror
     nor clear glass, multiplies what arrives by the albedo there, and mixes both as it has learned
     to: textures need not be told from noise. It needs `layers` too.
+    `guides` adds the class's mean albedo, normal and depth of that vertex to the features of
+    `affinity`, scaled as learned, so that their edges need not be found by the network.
+    `atrous` are the dilations of passes that follow the splat, see training.model.atrous; they need
+    features of at least one of both kinds.
     """
 
     features: str = "paths"
@@ -50,10 +56,13 @@ class ModelConfig:
     increments: bool = False
     first_non_delta: bool = False
     vertex_encoder: int = 0
+    vertices: int = 6
     layers: bool = False
     pyramid: int = 1
     affinity: int = 0
     demodulated: bool = False
+    guides: bool = False
+    atrous: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         if self.features not in FEATURE_SETS:
@@ -65,6 +74,8 @@ class ModelConfig:
         for name in ("width", "embedding_layers", "steps", "convs", "regressor_layers", "pyramid"):
             if getattr(self, name) < 1:
                 raise ConfigError(f"model.{name} is {getattr(self, name)}; it has to be positive")
+        if not 1 <= self.vertices <= 6:
+            raise ConfigError(f"model.vertices is {self.vertices}; it has to be from 1 to 6")
         extended = ("valid_bits", "increments", "first_non_delta", "vertex_encoder", "layers")
         on = [name for name in extended if getattr(self, name)]
         if on and self.features != "extended":
@@ -76,6 +87,13 @@ class ModelConfig:
             )
         if self.demodulated and (self.pyramid > 1 or not self.layers):
             raise ConfigError("model.demodulated needs model.layers, and no pyramid")
+        if self.guides and (self.pyramid > 1 or not self.layers):
+            raise ConfigError("model.guides needs model.layers, and no pyramid")
+        if self.atrous and (self.likeness == 0 or min(self.atrous) < 1):
+            raise ConfigError(
+                f"model.atrous is {list(self.atrous)}; it needs positive dilations, and "
+                "model.affinity or model.guides"
+            )
         if self.layers and self.steps > 1:
             raise ConfigError(f"model.layers needs model.steps=1, not {self.steps}")
 
@@ -85,10 +103,20 @@ class ModelConfig:
         return int(2 ** max(len(self.unet) - 1, self.pyramid - 1))
 
     @property
+    def likeness(self) -> int:
+        """Features by which a class's pixels are compared, learned ones and guides."""
+        return self.affinity + (GUIDES if self.guides else 0)
+
+    @property
+    def spread(self) -> int:
+        """Pixels that light moves at most from its own, the splat and the passes after it."""
+        return self.kernel // 2 + sum(2 * dilation for dilation in self.atrous)
+
+    @property
     def receptive_field(self) -> int:
         """Pixels around an output pixel that can change it; tiles overlap by at least these."""
         splat = sum(2**level * (self.kernel // 2 + 2) for level in range(self.pyramid))
-        return self.context_field + (splat if self.pyramid > 1 else self.kernel // 2)
+        return self.context_field + (splat if self.pyramid > 1 else self.spread)
 
     @property
     def context_field(self) -> int:

@@ -117,7 +117,7 @@ class Encoding(nn.Module):
                 # Vertex 0 also keeps a place of its own.
                 self.width += wide + row
             else:
-                self.width += COUNT * row
+                self.width += config.vertices * row
 
     def forward(self, x: Tensor) -> Tensor:
         scale = self.config.log_scale
@@ -137,7 +137,7 @@ class Encoding(nn.Module):
                 features = nn.functional.pad(features, (0, 0, 0, 0, 0, missing))
             return features
         v = Vertices(x)
-        rows = [self._vertex(v, k) for k in VERTICES]
+        rows = [self._vertex(v, k) for k in range(self.config.vertices)]
         parts = [common]
         if self.config.first_non_delta:
             parts.append(first_non_delta(v))
@@ -165,7 +165,7 @@ class Encoding(nn.Module):
 
     def _shared(self, v: Vertices, rows: list[Tensor]) -> Tensor:
         total: Tensor | None = None
-        for k in VERTICES:
+        for k in range(self.config.vertices):
             place = torch.cat([torch.full_like(v.valid[k], float(j == k)) for j in VERTICES], dim=1)
             encoded = v.valid[k] * self.vertex_network(torch.cat([rows[k], place], dim=1))
             total = encoded if total is None else total + encoded

@@ -9,13 +9,26 @@ import torch
 from torch import Tensor, nn
 from torch.nn.utils import parametrize
 
+from training.model.atrous import ATrous
 from training.model.blocks import UNet, pointwise
-from training.model.config import ModelConfig
-from training.model.encoding import CLASSES, Encoding, Vertices, demodulator, path_class
+from training.model.config import GUIDES, ModelConfig
+from training.model.encoding import (
+    CLASSES,
+    Encoding,
+    Vertices,
+    demodulator,
+    first_non_delta,
+    path_class,
+)
 from training.model.inputs import CHANNELS
 from training.model.pyramid import Pyramid
 from training.model.splat import distances, plain_distances, plain_splat, splat
 
+# Of guides in an untrained network: what is apart by one over this counts as 1 in the logit.
+GUIDE_SCALES = (3.0, 3.0, 3.0, 2.0, 2.0, 2.0, 10.0)
+# What pixels around count for in the guides of a pixel: nothing beside samples of its own, all
+# where its class has none.
+FILLED = 0.02
 GATE_BIAS = -1.0  # training begins with little demodulation
 Splatter = Callable[[Tensor, Tensor], Tensor]
 
@@ -27,13 +40,15 @@ class Hidden(NamedTuple):
     with `layers` the three classes, splatted apart and added. `embedding` [n, width, h, w] is the
     mean over samples after the first step, for the manifold loss. With `demodulated` radiance has
     three more channels, divided by the albedo, whose mean is `albedo` [n, units, 3, h, w], 0 in
-    units that have no sample.
+    units that have no sample. `alike` [n units, likeness, h, w] are the features of `affinity` and
+    `guides`.
     """
 
     hidden: Tensor
     radiance: Tensor
     embedding: Tensor
     albedo: Tensor | None = None
+    alike: Tensor | None = None
 
 
 class Sksn(nn.Module):
@@ -56,7 +71,7 @@ class Sksn(nn.Module):
             self.contexts.append(UNet(wide, config.unet, config.convs, weight_norm=norm))
             inputs = wide + config.unet[0]
         if config.layers:
-            inputs += 1
+            inputs += 1 + (GUIDES if config.guides else 0)
         hidden = config.regressor_layers - 1
         self.regressor = (
             pointwise(inputs, wide, wide, hidden, weight_norm=norm) if hidden else nn.Identity()
@@ -68,6 +83,12 @@ class Sksn(nn.Module):
             self.kernels = nn.Conv2d(last, config.kernel**2, 1)
         self._start_narrow()
         self.alike = nn.Conv2d(last, config.affinity, 1, bias=False) if config.affinity else None
+        self.scales = nn.Conv2d(last, GUIDES, 1) if config.guides else None
+        if self.scales is not None and self.scales.bias is not None:
+            nn.init.normal_(self.scales.weight, std=0.01)
+            with torch.no_grad():
+                self.scales.bias.copy_(torch.tensor(GUIDE_SCALES))
+        self.atrous = ATrous(last, config.atrous) if config.atrous else None
         self.gate = nn.Conv2d(last, 1, 1) if config.demodulated else None
         if self.gate is not None and self.gate.bias is not None:
             nn.init.constant_(self.gate.bias, GATE_BIAS)
@@ -108,7 +129,9 @@ class Sksn(nn.Module):
                 divided = (weight * (x[:, :, :3] / divisor)[:, :, None]).sum(dim=1)
                 light = torch.cat([light, divided], dim=2)
                 albedo = mean_albedo(divisor, share * mask)
-            return Hidden(self.of_classes(classes), light, _embedding(classes), albedo)
+            hidden = self.of_classes(classes)
+            alike = self.likeness(hidden, classes)
+            return Hidden(hidden, light, self._embedding(classes), albedo, alike)
         flat = x.flatten(0, 1)
         e = self.encoding(flat)
         context, first = e, e
@@ -124,12 +147,15 @@ class Sksn(nn.Module):
     def class_sums(self, x: Tensor, share: Tensor) -> tuple[Tensor, Tensor]:
         """What layers know of the samples: all that is computed for each of them, pixel by pixel.
 
-        Sums [n, classes, width + 1, h, w] over the samples of a class of their embeddings and,
-        last, of their shares; and who is in it, mask [n, samples, classes, h, w].
+        Sums [n, classes, planes, h, w] over the samples of a class of their embeddings, of their
+        guides, if there are, and last of their shares; and who is in it, mask [n, samples,
+        classes, h, w].
         """
         n, samples = x.shape[:2]
         flat = x.flatten(0, 1)
         e = self.embeddings[0](self.encoding(flat))
+        if self.config.guides:
+            e = torch.cat([e, first_non_delta(Vertices(flat))[:, :GUIDES]], dim=1)
         mask = path_class(Vertices(flat)).reshape(n, samples, CLASSES, *x.shape[3:])
         weights = mask * share
         rows = e.reshape(n, samples, *e.shape[1:])
@@ -147,10 +173,11 @@ class Sksn(nn.Module):
     def of_classes(self, classes: Tensor) -> Tensor:
         """The hidden features [n, classes, width, h, w] of what class_sums() gives."""
         n, count = classes.shape[:2]
-        context = self.contexts[0](_embedding(classes))
+        context = self.contexts[0](self._embedding(classes))
         flat = classes.flatten(0, 1)
         if not isinstance(self.regressor, nn.Sequential):
-            parts = torch.cat([flat[:, :-1], _repeated(context, count), flat[:, -1:]], dim=1)
+            own = self.config.width
+            parts = torch.cat([flat[:, :own], _repeated(context, count), flat[:, own:]], dim=1)
             return parts.reshape(n, count, *parts.shape[1:])
         # The first layer of the classes and of what they share apart: nothing is copied together.
         first = self.regressor[0]
@@ -162,6 +189,21 @@ class Sksn(nn.Module):
         sums = per_class.reshape(n, count, *per_class.shape[1:]) + per_pixel[:, None]
         regressed = self.regressor[1:](sums.flatten(0, 1))
         return regressed.reshape(n, count, *regressed.shape[1:])
+
+    def likeness(self, hidden: Tensor, classes: Tensor) -> Tensor | None:
+        """What a class's pixels are compared by [n classes, likeness, h, w].
+
+        Of what of_classes() gives, and its input.
+        """
+        flat = hidden.flatten(0, 1)
+        parts = [] if self.alike is None else [self.alike(flat)]
+        if self.scales is not None:
+            parts.append(self.scales(flat) * guide_means(classes.flatten(0, 1)))
+        return torch.cat(parts, dim=1) if parts else None
+
+    def _embedding(self, classes: Tensor) -> Tensor:
+        """The mean embedding of all samples: every sample is in one class."""
+        return classes[:, :, : self.config.width].sum(dim=1)
 
     def _check(self, x: Tensor) -> None:
         wanted = len(CHANNELS[self.config.features])
@@ -182,11 +224,12 @@ class Sksn(nn.Module):
         else:
             logits = self.kernels(hidden.flatten(0, 1))
             logits = logits.reshape(*hidden.shape[:2], *logits.shape[1:])
-            if self.alike is not None:
-                features = self.alike(hidden[:, 0])
+            if state.alike is not None:
                 apart = plain_distances if splatter is plain_splat else distances
-                logits = logits - apart(features, self.config.kernel)[:, None]
+                logits = logits - apart(state.alike, self.config.kernel)[:, None]
             image = splatter(logits, radiance)
+            if self.atrous is not None and state.alike is not None:
+                image = self.atrous(image, state.alike, hidden[:, 0])
         if self.config.layers:
             parts = image.reshape(n, units, *image.shape[1:])
             if self.gate is not None and state.albedo is not None:
@@ -221,9 +264,15 @@ def modulated(parts: Tensor, gate: Tensor, albedo: Tensor) -> Tensor:
     return (1.0 - gate) * parts[:, :, :3] + gate * albedo * parts[:, :, 3:]
 
 
-def _embedding(classes: Tensor) -> Tensor:
-    """The mean embedding of all samples: every sample is in one class."""
-    return classes[:, :, :-1].sum(dim=1)
+def guide_means(sums: Tensor) -> Tensor:
+    """Mean guides [n, GUIDES, h, w] of sums over samples [n, planes, h, w], shares last.
+
+    Where a class has no sample, those of the pixels around.
+    """
+    own = sums[:, -GUIDES - 1 :]
+    around = nn.functional.avg_pool2d(own, 5, stride=1, padding=2)
+    filled = own + FILLED * around
+    return filled[:, :GUIDES] / (filled[:, GUIDES:] + 1e-6)
 
 
 def _repeated(x: Tensor, samples: int) -> Tensor:

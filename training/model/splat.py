@@ -9,11 +9,15 @@ can overflow. Taps that would come from outside the image weigh nothing.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import torch
 from torch import Tensor
-from torch.nn.functional import fold, pad, unfold
+from torch.nn.functional import pad, unfold
+
+Area = tuple[slice, slice, slice, slice]
+Border = tuple[int, int, int, int]
 
 OUTSIDE = -1e4  # logit of what lies outside the image: exp() of it is 0 beside any other
 
@@ -105,37 +109,71 @@ class _Splat(torch.autograd.Function):
 
 
 class _Distances(torch.autograd.Function):
-    """Feature by feature, since all at once would be `d` times the memory of all logits."""
+    """A pair of pixels is one tap of the one and the opposite tap of the other.
+
+    Tap by tap, since all at once would be `d` times the memory of all logits.
+    """
 
     @staticmethod
     def forward(ctx: Any, features: Tensor, k: int) -> Tensor:
-        n, d, height, width = features.shape
-        around = _windows(pad(features, (k // 2,) * 4), k, height, width)
-        total = features.new_zeros((n, k, k, height, width))
-        for c in range(d):
-            change = around[:, c] - features[:, c, None, None]
-            total.addcmul_(change, change)
+        n, _, height, width = features.shape
+        # Outside the image, where features are zero, a distance is what a pixel itself has.
+        found = (features**2).sum(dim=1, keepdim=True).repeat(1, k * k, 1, 1)
+        found[:, k * k // 2] = 0.0
+        for tap, here, there, *_ in pairs(k, height, width):
+            apart = ((features[here] - features[there]) ** 2).sum(dim=1)
+            found[:, k * k - 1 - tap][here[0], *here[2:]] = apart
+            found[:, tap][there[0], *there[2:]] = apart
         ctx.save_for_backward(features)
         ctx.k = k
-        # Windows look towards the pixels from which a tap comes, not those that it goes to.
-        return total.reshape(n, k * k, height, width).flip(1)
+        return found.reshape(n, k * k, height, width)
 
     @staticmethod
     def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, None]:
         (features,) = ctx.saved_tensors
-        k, r = ctx.k, ctx.k // 2
-        n, d, height, width = features.shape
-        around = _windows(pad(features, (r,) * 4), k, height, width)
-        gradient = 2.0 * gradients[0].flip(1).reshape(n, k, k, height, width)
-        to_features = torch.empty_like(features)
-        for c in range(d):
-            change = (around[:, c] - features[:, c, None, None]) * gradient
-            columns = change.reshape(n, k * k, height * width)
-            back = fold(columns, (height + 2 * r, width + 2 * r), k)[:, 0]
-            to_features[:, c] = back[:, r : r + height, r : r + width] - columns.sum(dim=1).reshape(
-                n, height, width
-            )
-        return to_features, None
+        (gradient,) = gradients
+        k = ctx.k
+        height, width = features.shape[-2:]
+        # As if all went outside, less what those taps add that stay inside.
+        own = gradient.sum(dim=1) - gradient[:, k * k // 2]
+        to_features = torch.zeros_like(features)
+        for tap, here, there, *_ in pairs(k, height, width):
+            first = gradient[:, k * k - 1 - tap][here[0], *here[2:]]
+            second = gradient[:, tap][there[0], *there[2:]]
+            own[here[0], *here[2:]] -= first
+            own[there[0], *there[2:]] -= second
+            change = (features[here] - features[there]) * (first + second)[:, None]
+            to_features[here] += change
+            to_features[there] -= change
+        to_features.addcmul_(features, own[:, None])
+        return to_features.mul_(2.0), None
+
+
+class Pair(NamedTuple):
+    """Pixels `here` that have tap number `tap`, and what they reach, of [n, c, h, w].
+
+    What is reached, `there`, has the opposite tap, k k - 1 - tap, to go back. Borders are what has
+    to be padded, in torch's order, to make an image of the area again.
+    """
+
+    tap: int
+    here: Area
+    there: Area
+    border_here: Border
+    border_there: Border
+
+
+def pairs(k: int, height: int, width: int, dilation: int = 1) -> Iterator[Pair]:
+    """Of the taps before the middle one those that stay inside the image."""
+    r = k // 2
+    every = slice(None)
+    for tap in range(k * k // 2):
+        up, aside = dilation * (r - tap // k), dilation * (r - tap % k)
+        if up < height and abs(aside) < width:
+            left, right = max(aside, 0), max(-aside, 0)
+            here = (every, every, slice(up, None), slice(left, width - right))
+            there = (every, every, slice(None, height - up), slice(right, width - left))
+            yield Pair(tap, here, there, (left, right, up, 0), (right, left, 0, up))
 
 
 def distances(features: Tensor, k: int) -> Tensor:

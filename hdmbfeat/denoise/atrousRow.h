@@ -1,0 +1,133 @@
+// A pass of the à-trous filter over part of a row, on a lane type; see atrous.h. Internal.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+#include "core/lane.h"
+#include "core/laneMemory.h"
+#include "denoise/atrous.h"
+
+namespace mbfeat {
+
+template <class T>
+class ATrousRow {
+public:
+    ATrousRow(const ATrousPass& pass, int y) : in_(pass), y_(y) {}
+
+    void run(int x0, int x1) {
+        for (int x = x0; x < x1; x += kWidth) {
+            filter(x, std::min(x1 - x, kWidth));
+        }
+    }
+
+private:
+    static constexpr int kWidth = LaneTraits<T>::kWidth;
+    // Logit of what does not exist: below any that a network gives, and far from overflow.
+    static constexpr float kOutside = -1e37F;
+
+    std::size_t pixels() const {
+        return static_cast<std::size_t>(in_.width) * static_cast<std::size_t>(in_.height);
+    }
+    static int columnOf(int tap) { return tap % atrous::kSide - atrous::kRadius; }
+    static int rowOf(int tap) { return tap / atrous::kSide - atrous::kRadius; }
+
+    /// A plane's row as far down as a tap lies.
+    const float* row(const float* plane, int tap) const {
+        return plane + static_cast<std::ptrdiff_t>(y_ + in_.dilation * rowOf(tap)) * in_.width;
+    }
+    bool hasRow(int tap) const {
+        const int y = y_ + in_.dilation * rowOf(tap);
+        return y >= 0 && y < in_.height;
+    }
+
+    /// Lanes from x on, of which those outside the row are `outside`.
+    T at(const float* row, int x, float outside = 0.0F) const {
+        if (x >= 0 && x + kWidth <= in_.width) {
+            return loadLanes<T>(row + x);
+        }
+        std::array<float, kWidth> values;
+        values.fill(outside);
+        for (int lane = std::max(-x, 0); lane < std::min(kWidth, in_.width - x); ++lane) {
+            values[static_cast<std::size_t>(lane)] = row[x + lane];
+        }
+        return loadLanes<T>(values.data());
+    }
+
+    /// The tap's logit where there is a pixel.
+    T masked(const T& logit, int x) const {
+        if (x >= 0 && x + kWidth <= in_.width) {
+            return logit;
+        }
+        std::array<float, kWidth> values;
+        storeLanes<T>(values.data(), logit);
+        for (int lane = 0; lane < kWidth; ++lane) {
+            if (x + lane < 0 || x + lane >= in_.width) {
+                values[static_cast<std::size_t>(lane)] = kOutside;
+            }
+        }
+        return loadLanes<T>(values.data());
+    }
+
+    T apart(int tap, int x) const {
+        const int there = x + in_.dilation * columnOf(tap);
+        T sum(0.0F);
+        const float* plane = in_.alike;
+        for (int c = 0; c < in_.alikeChannels; ++c, plane += pixels()) {
+            const T change = at(row(plane, tap), there) - at(row(plane, atrous::kMiddle), x);
+            sum = fma(change, change, sum);
+        }
+        return sum;
+    }
+
+    /// Weights of all taps, not yet divided by their sum.
+    T weigh(int x) {
+        T largest(kOutside);
+        for (int tap = 0; tap < atrous::kTaps; ++tap) {
+            T& logit = weights_[static_cast<std::size_t>(tap)];
+            if (tap == atrous::kMiddle) {
+                logit = at(row(in_.centre, tap), x) + T(in_.spatial[tap]);
+            } else if (hasRow(tap)) {
+                logit = masked(fma(T(-in_.sharpness), apart(tap, x), T(in_.spatial[tap])),
+                               x + in_.dilation * columnOf(tap));
+            } else {
+                logit = T(kOutside);
+            }
+            largest = max(largest, logit);
+        }
+        T total(0.0F);
+        for (T& weight : weights_) {
+            weight = exp(weight - largest);
+            total = total + weight;
+        }
+        return total;
+    }
+
+    void filter(int x, int count) {
+        const T total = weigh(x);
+        for (int c = 0; c < in_.lights; ++c) {
+            const std::size_t plane = static_cast<std::size_t>(c) * pixels();
+            T sum(0.0F);
+            for (int tap = 0; tap < atrous::kTaps; ++tap) {
+                if (hasRow(tap)) {
+                    const T light =
+                        at(row(in_.light + plane, tap), x + in_.dilation * columnOf(tap));
+                    sum = fma(weights_[static_cast<std::size_t>(tap)], light, sum);
+                }
+            }
+            float* const to = in_.out + plane +
+                              static_cast<std::size_t>(y_) * static_cast<std::size_t>(in_.width) +
+                              static_cast<std::size_t>(x);
+            std::array<float, kWidth> values;
+            storeLanes<T>(values.data(), sum / total);
+            std::copy_n(values.begin(), count, to);
+        }
+    }
+
+    const ATrousPass& in_;
+    int y_;
+    std::array<T, atrous::kTaps> weights_{};
+};
+
+} // namespace mbfeat
