@@ -14,11 +14,20 @@ namespace mbfeat {
 template <class T>
 class ATrousRow {
 public:
-    ATrousRow(const ATrousPass& pass, int y) : in_(pass), y_(y) {}
+    ATrousRow(const ATrousPass& pass, int y) : in_(pass), y_(y) {
+        for (int tap = 0; tap < atrous::kTaps; ++tap) {
+            offsets_[static_cast<std::size_t>(tap)] =
+                static_cast<std::ptrdiff_t>(y + pass.dilation * rowOf(tap)) * pass.width +
+                static_cast<std::ptrdiff_t>(pass.dilation) * columnOf(tap);
+        }
+    }
 
     void run(int x0, int x1) {
+        const int reach = atrous::kRadius * in_.dilation;
+        const bool hasRows = y_ >= reach && y_ + reach < in_.height;
         for (int x = x0; x < x1; x += kWidth) {
-            filter(x, std::min(x1 - x, kWidth));
+            const bool isInside = hasRows && x >= reach && x + kWidth + reach <= in_.width;
+            filter(x, std::min(x1 - x, kWidth), isInside);
         }
     }
 
@@ -42,13 +51,12 @@ private:
         return y >= 0 && y < in_.height;
     }
 
-    /// Lanes from x on, of which those outside the row are `outside`.
-    T at(const float* row, int x, float outside = 0.0F) const {
+    /// Lanes from x on, 0 outside the row.
+    T at(const float* row, int x) const {
         if (x >= 0 && x + kWidth <= in_.width) {
             return loadLanes<T>(row + x);
         }
-        std::array<float, kWidth> values;
-        values.fill(outside);
+        std::array<float, kWidth> values{};
         for (int lane = std::max(-x, 0); lane < std::min(kWidth, in_.width - x); ++lane) {
             values[static_cast<std::size_t>(lane)] = row[x + lane];
         }
@@ -81,9 +89,26 @@ private:
         return sum;
     }
 
-    /// Weights of all taps, not yet divided by their sum.
-    T weigh(int x) {
-        T largest(kOutside);
+    /// Logits where all taps are inside: feature by feature, the sums of all taps in registers.
+    void addLogitsInside(int x) {
+        std::array<T, atrous::kTaps> sums{};
+        const float* plane = in_.alike + x;
+        for (int c = 0; c < in_.alikeChannels; ++c, plane += pixels()) {
+            const T own = loadLanes<T>(plane + offsets_[atrous::kMiddle]);
+            for (std::size_t tap = 0; tap < atrous::kTaps; ++tap) {
+                const T change = loadLanes<T>(plane + offsets_[tap]) - own;
+                sums[tap] = fma(change, change, sums[tap]);
+            }
+        }
+        for (std::size_t tap = 0; tap < atrous::kTaps; ++tap) {
+            weights_[tap] = fma(T(-in_.sharpness), sums[tap], T(in_.spatial[tap]));
+        }
+        T& middle = weights_[atrous::kMiddle];
+        middle = loadLanes<T>(in_.centre + offsets_[atrous::kMiddle] + x) +
+                 T(in_.spatial[atrous::kMiddle]);
+    }
+
+    void addLogits(int x) {
         for (int tap = 0; tap < atrous::kTaps; ++tap) {
             T& logit = weights_[static_cast<std::size_t>(tap)];
             if (tap == atrous::kMiddle) {
@@ -94,6 +119,18 @@ private:
             } else {
                 logit = T(kOutside);
             }
+        }
+    }
+
+    /// Weights of all taps, not yet divided by their sum.
+    T weigh(int x, bool isInside) {
+        if (isInside) {
+            addLogitsInside(x);
+        } else {
+            addLogits(x);
+        }
+        T largest(kOutside);
+        for (const T& logit : weights_) {
             largest = max(largest, logit);
         }
         T total(0.0F);
@@ -104,18 +141,25 @@ private:
         return total;
     }
 
-    void filter(int x, int count) {
-        const T total = weigh(x);
+    T sumOf(const float* plane, int x, bool isInside) const {
+        T sum(0.0F);
+        for (std::size_t tap = 0; tap < atrous::kTaps; ++tap) {
+            const int t = static_cast<int>(tap);
+            if (isInside) {
+                sum = fma(weights_[tap], loadLanes<T>(plane + offsets_[tap] + x), sum);
+            } else if (hasRow(t)) {
+                const T light = at(row(plane, t), x + in_.dilation * columnOf(t));
+                sum = fma(weights_[tap], light, sum);
+            }
+        }
+        return sum;
+    }
+
+    void filter(int x, int count, bool isInside) {
+        const T total = weigh(x, isInside);
         for (int c = 0; c < in_.lights; ++c) {
             const std::size_t plane = static_cast<std::size_t>(c) * pixels();
-            T sum(0.0F);
-            for (int tap = 0; tap < atrous::kTaps; ++tap) {
-                if (hasRow(tap)) {
-                    const T light =
-                        at(row(in_.light + plane, tap), x + in_.dilation * columnOf(tap));
-                    sum = fma(weights_[static_cast<std::size_t>(tap)], light, sum);
-                }
-            }
+            const T sum = sumOf(in_.light + plane, x, isInside);
             float* const to = in_.out + plane +
                               static_cast<std::size_t>(y_) * static_cast<std::size_t>(in_.width) +
                               static_cast<std::size_t>(x);
@@ -127,6 +171,7 @@ private:
 
     const ATrousPass& in_;
     int y_;
+    std::array<std::ptrdiff_t, atrous::kTaps> offsets_{}; ///< of taps, from column 0 of a plane on
     std::array<T, atrous::kTaps> weights_{};
 };
 
