@@ -29,7 +29,7 @@ import torch  # noqa: E402
 from torch import Tensor, nn  # noqa: E402
 
 from training.checkpoints import CheckpointError, Trained, load_model  # noqa: E402
-from training.model.atrous import filtered  # noqa: E402
+from training.model.atrous import Likeness, filtered  # noqa: E402
 from training.model.config import GUIDES, ModelConfig  # noqa: E402
 from training.model.inputs import CHANNELS  # noqa: E402
 from training.model.pyramid import Pyramid  # noqa: E402
@@ -60,6 +60,8 @@ class Contract:
       samples are in a class. The file's own takes `classes` and gives the classes' `hidden`,
       `weight` and `bias`, and where `affinity` is not 0 also `alike` [classes, affinity, h, w]: the
       squared distance of a class's from its own where it is splatted to is taken off its logit.
+      The last `guides` of these are albedo, normal and depth, whose differences are multiplied by
+      `scales` [classes, 3, h, w] of where it is splatted to.
       With `atrous`, dilations, it also gives `centre` [classes, passes, h, w] and `table` [passes,
       26] of the passes that follow the splat, see training.model.atrous.
       With `demodulated` the first graph also gives `divisor` [samples, 3, h, w]: radiance divided
@@ -83,6 +85,7 @@ class Contract:
     receptiveField: int  # noqa: N815 - the name of the metadata's entry
     classPlanes: int  # noqa: N815
     affinity: int
+    guides: int
     demodulated: int
     atrous: tuple[int, ...]
     workingFloats: int  # noqa: N815
@@ -144,7 +147,7 @@ class _OfClasses(nn.Module):
     def forward(self, classes: Tensor) -> tuple[Tensor, ...]:
         hidden = self.model.of_classes(classes[None]).squeeze(0)  # an index would copy
         likeness = self.model.likeness(hidden[None], classes[None])
-        alike = () if likeness is None else (likeness,)
+        alike = tuple(part for part in likeness if part is not None)
         if self.model.atrous is not None:
             alike = (*alike, self.model.atrous.centre(hidden), self.model.atrous.table())
         gate = () if self.model.gate is None else (self.model.gates(hidden)[:, 0],)
@@ -164,6 +167,7 @@ def contract(config: ModelConfig, *, whole: bool) -> Contract:
         receptiveField=config.context_field,
         classPlanes=config.width + (GUIDES if config.guides else 0) + 1 if config.layers else 0,
         affinity=config.likeness,
+        guides=GUIDES if config.guides else 0,
         demodulated=int(config.demodulated),
         atrous=config.atrous,
         workingFloats=working,
@@ -211,6 +215,8 @@ def export(
             classes = model.class_sums(samples[None], share[None])[0][0]
         if model.config.likeness:
             last.append("alike")
+        if model.scales is not None:
+            last.append("scales")
         if model.atrous is not None:
             last += ["centre", "table"]
         if model.gate is not None:
@@ -279,7 +285,7 @@ def _traced(module: nn.Module, inputs: dict[str, Tensor], outputs: list[str]) ->
     import onnx
 
     axes: dict[str, dict[int, str]] = {}
-    for name in ("samples", "share", "classes", "mask", "divisor", "hidden", "alike", "centre"):
+    for name in ("samples", "share", "classes", "mask", "divisor", "hidden", "alike", "scales", "centre"):
         if name in inputs or name in outputs:
             axes[name] = {2: "height", 3: "width"}
     if "gate" in outputs:
@@ -360,18 +366,21 @@ def _run_layered(
     names = [output.name for output in session.get_outputs()]
     found = dict(zip(names, session.run(None, {"classes": classes.numpy()}), strict=True))
     logits = _logits(found["hidden"], found["weight"], found["bias"])
+    likeness = None
     if "alike" in found:
         kernel = round(len(found["bias"]) ** 0.5)
-        logits = logits - distances(torch.from_numpy(found["alike"]), kernel)
+        scales = torch.from_numpy(found["scales"]) if "scales" in found else None
+        likeness = Likeness(torch.from_numpy(found["alike"]), scales)
+        logits = logits - distances(likeness.features, kernel, scales)
     weight = mask * torch.from_numpy(given["share"])
     samples = torch.from_numpy(given["samples"])[:, :3]
     lights = [samples, *(samples / by for by in divisor)]
     light = torch.einsum("schw,skhw->ckhw", weight, torch.cat(lights, dim=1))
     parts = splat(logits[:, None], light[:, None].contiguous())
-    if "centre" in found:
+    if likeness is not None and "centre" in found:
         dilations = tuple(int(n) for n in entries[f"{PREFIX}atrous"].split(","))
-        alike, centre, table = (torch.from_numpy(found[n]) for n in ("alike", "centre", "table"))
-        parts = filtered(parts, alike, centre, table, dilations)
+        centre, table = (torch.from_numpy(found[name]) for name in ("centre", "table"))
+        parts = filtered(parts, likeness, centre, table, dilations)
     parts = parts[None]
     if divisor:
         gate = torch.from_numpy(found["gate"])[None, :, None]

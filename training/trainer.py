@@ -105,8 +105,8 @@ class Trainer:
             raise TrainingError(
                 f"{initial.origin['file']} is a network of another configuration: {error}"
             ) from error
-        new = sorted({name.rpartition(".")[0] for name in left.missing_keys})
-        if left.unexpected_keys or set(new) - {"alike", "gate"}:
+        new = sorted({name.partition(".")[0] for name in left.missing_keys})
+        if left.unexpected_keys or set(new) - {"alike", "scales", "atrous", "gate"}:
             names = ", ".join([*left.unexpected_keys, *left.missing_keys])
             raise TrainingError(
                 f"{initial.origin['file']} is a network of another configuration: {names}"

@@ -62,19 +62,30 @@ def plausible(features: str, n: int = 1, samples: int = 3, h: int = 13, w: int =
     return x
 
 
-def test_distances_are_from_where_a_tap_goes() -> None:
+@pytest.mark.parametrize("guided", [False, True])
+def test_distances_are_from_where_a_tap_goes(guided: bool) -> None:
     """By the definition, in both forms, with the gradient of differences."""
     torch.manual_seed(2)
-    f = torch.randn(2, 3, 5, 6, dtype=torch.float64, requires_grad=True)
-    k, r = 5, 2
-    outside = torch.nn.functional.pad(f, (2 * r,) * 4)
-    found = distances(f, k)
-    for tap in range(k * k):
-        y, x = 2 * r + r - tap // k, 2 * r + r - tap % k
-        there = outside[:, :, y : y + 5, x : x + 6]
-        torch.testing.assert_close(found[:, tap], ((f - there) ** 2).sum(dim=1))
-    torch.testing.assert_close(plain_distances(f, k), found)
-    assert torch.autograd.gradcheck(lambda g: distances(g, k), (f,))
+    k, r, height, width = 5, 2, 5, 4
+    count = 2 + (GUIDES if guided else 0)
+    f = torch.randn(2, count, height, width, dtype=torch.float64, requires_grad=True)
+    s = torch.randn(2, 3, height, width, dtype=torch.float64, requires_grad=True)
+    scales = s if guided else None
+    found = distances(f, k, scales)
+    for tap, y, x in np.ndindex(k * k, height, width):
+        row, column = y + r - tap // k, x + r - tap % k
+        expected = torch.zeros(2, dtype=torch.float64)
+        if 0 <= row < height and 0 <= column < width:
+            square = (f[:, :, y, x] - f[:, :, row, column]) ** 2
+            expected = square[:, :2].sum(dim=1)
+            if guided:
+                albedo, normal, depth = (scales[:, g, row, column] ** 2 for g in range(3))
+                expected = expected + albedo * square[:, 2:5].sum(dim=1)
+                expected = expected + normal * square[:, 5:8].sum(dim=1) + depth * square[:, 8]
+        torch.testing.assert_close(found[:, tap, y, x], expected)
+    torch.testing.assert_close(plain_distances(f, k, scales), found)
+    given = (f, s) if guided else (f,)
+    assert torch.autograd.gradcheck(lambda f, *s: distances(f, k, *s), given)
 
 
 def slow_splat(logits: Any, radiance: Any) -> Any:
@@ -125,15 +136,20 @@ def test_passes_after_the_splat_are_their_definition() -> None:
     """Pixel by pixel and tap by tap; what lies outside the image counts nothing."""
     torch.manual_seed(3)
     height, width, dilation = 7, 9, 3
-    image, features = torch.rand(2, 3, height, width), torch.randn(2, 2, height, width)
+    image = torch.rand(2, 3, height, width)
+    features, scales = torch.randn(2, 2 + GUIDES, height, width), torch.randn(2, 3, height, width)
     centre, table = torch.randn(2, 1, height, width), torch.randn(1, atrous.TAPS + 1)
-    found = atrous.filtered(image, features, centre, table, (dilation,))
+    likeness = atrous.Likeness(features, scales)
+    found = atrous.filtered(image, likeness, centre, table, (dilation,))
     for n, y, x in np.ndindex(2, height, width):
         total, weights = torch.zeros(3), 0.0
         for tap in range(atrous.TAPS):
             row, column = y + dilation * (tap // 5 - 2), x + dilation * (tap % 5 - 2)
             if 0 <= row < height and 0 <= column < width:
-                apart = ((features[n, :, y, x] - features[n, :, row, column]) ** 2).sum()
+                square = (features[n, :, y, x] - features[n, :, row, column]) ** 2
+                albedo, normal, depth = (scales[n, g, y, x] ** 2 for g in range(3))
+                apart = square[:2].sum() + albedo * square[2:5].sum()
+                apart = apart + normal * square[5:8].sum() + depth * square[8]
                 own = centre[n, 0, y, x] if tap == atrous.MIDDLE else -table[0, -1] * apart
                 weight = torch.exp(table[0, tap] + own)
                 total, weights = total + weight * image[n, :, row, column], weights + weight

@@ -8,7 +8,9 @@ from typing import Any, TypeVar
 
 T = TypeVar("T")
 
-GUIDES = 7  # albedo, normal and depth of the first vertex that is no mirror nor clear glass
+# Albedo, normal and depth of the first vertex that is no mirror nor clear glass.
+GUIDE_GROUPS = (3, 3, 1)
+GUIDES = sum(GUIDE_GROUPS)
 FEATURE_SETS = ("gbuffer", "paths", "extended")
 
 

@@ -11,7 +11,7 @@ from torch.nn.utils import parametrize
 
 from training.model.atrous import ATrous
 from training.model.blocks import UNet, pointwise
-from training.model.config import GUIDES, ModelConfig
+from training.model.config import GUIDE_GROUPS, GUIDES, ModelConfig
 from training.model.encoding import (
     CLASSES,
     Encoding,
@@ -25,7 +25,7 @@ from training.model.pyramid import Pyramid
 from training.model.splat import distances, plain_distances, plain_splat, splat
 
 # Of guides in an untrained network: what is apart by one over this counts as 1 in the logit.
-GUIDE_SCALES = (3.0, 3.0, 3.0, 2.0, 2.0, 2.0, 10.0)
+GUIDE_SCALES = (4.0, 2.0, 10.0)
 # What pixels around count for in the guides of a pixel: nothing beside samples of its own, all
 # where its class has none.
 FILLED = 0.02
@@ -41,7 +41,7 @@ class Hidden(NamedTuple):
     mean over samples after the first step, for the manifold loss. With `demodulated` radiance has
     three more channels, divided by the albedo, whose mean is `albedo` [n, units, 3, h, w], 0 in
     units that have no sample. `alike` [n units, likeness, h, w] are the features of `affinity` and
-    `guides`.
+    `guides`, `scales` [n units, 3, h, w] those of the guides.
     """
 
     hidden: Tensor
@@ -49,6 +49,7 @@ class Hidden(NamedTuple):
     embedding: Tensor
     albedo: Tensor | None = None
     alike: Tensor | None = None
+    scales: Tensor | None = None
 
 
 class Sksn(nn.Module):
@@ -83,7 +84,7 @@ class Sksn(nn.Module):
             self.kernels = nn.Conv2d(last, config.kernel**2, 1)
         self._start_narrow()
         self.alike = nn.Conv2d(last, config.affinity, 1, bias=False) if config.affinity else None
-        self.scales = nn.Conv2d(last, GUIDES, 1) if config.guides else None
+        self.scales = nn.Conv2d(last, len(GUIDE_GROUPS), 1) if config.guides else None
         if self.scales is not None and self.scales.bias is not None:
             nn.init.normal_(self.scales.weight, std=0.01)
             with torch.no_grad():
@@ -130,8 +131,8 @@ class Sksn(nn.Module):
                 light = torch.cat([light, divided], dim=2)
                 albedo = mean_albedo(divisor, share * mask)
             hidden = self.of_classes(classes)
-            alike = self.likeness(hidden, classes)
-            return Hidden(hidden, light, self._embedding(classes), albedo, alike)
+            alike, scales = self.likeness(hidden, classes)
+            return Hidden(hidden, light, self._embedding(classes), albedo, alike, scales)
         flat = x.flatten(0, 1)
         e = self.encoding(flat)
         context, first = e, e
@@ -190,16 +191,17 @@ class Sksn(nn.Module):
         regressed = self.regressor[1:](sums.flatten(0, 1))
         return regressed.reshape(n, count, *regressed.shape[1:])
 
-    def likeness(self, hidden: Tensor, classes: Tensor) -> Tensor | None:
-        """What a class's pixels are compared by [n classes, likeness, h, w].
+    def likeness(self, hidden: Tensor, classes: Tensor) -> tuple[Tensor | None, Tensor | None]:
+        """What a class's pixels are compared by: Hidden.alike and its scales.
 
         Of what of_classes() gives, and its input.
         """
         flat = hidden.flatten(0, 1)
         parts = [] if self.alike is None else [self.alike(flat)]
         if self.scales is not None:
-            parts.append(self.scales(flat) * guide_means(classes.flatten(0, 1)))
-        return torch.cat(parts, dim=1) if parts else None
+            parts.append(guide_means(classes.flatten(0, 1)))
+        alike = torch.cat(parts, dim=1) if parts else None
+        return alike, None if self.scales is None else self.scales(flat)
 
     def _embedding(self, classes: Tensor) -> Tensor:
         """The mean embedding of all samples: every sample is in one class."""
@@ -226,10 +228,10 @@ class Sksn(nn.Module):
             logits = logits.reshape(*hidden.shape[:2], *logits.shape[1:])
             if state.alike is not None:
                 apart = plain_distances if splatter is plain_splat else distances
-                logits = logits - apart(state.alike, self.config.kernel)[:, None]
+                logits = logits - apart(state.alike, self.config.kernel, state.scales)[:, None]
             image = splatter(logits, radiance)
             if self.atrous is not None and state.alike is not None:
-                image = self.atrous(image, state.alike, hidden[:, 0])
+                image = self.atrous(image, state.alike, state.scales, hidden[:, 0])
         if self.config.layers:
             parts = image.reshape(n, units, *image.shape[1:])
             if self.gate is not None and state.albedo is not None:

@@ -16,6 +16,8 @@ import torch
 from torch import Tensor
 from torch.nn.functional import pad, unfold
 
+from training.model.config import GUIDE_GROUPS, GUIDES
+
 Area = tuple[slice, slice, slice, slice]
 Border = tuple[int, int, int, int]
 
@@ -109,44 +111,59 @@ class _Splat(torch.autograd.Function):
 
 
 class _Distances(torch.autograd.Function):
-    """A pair of pixels is one tap of the one and the opposite tap of the other.
-
-    Tap by tap, since all at once would be `d` times the memory of all logits.
-    """
+    """Tap by tap, since all at once would be `d` times the memory of all logits."""
 
     @staticmethod
-    def forward(ctx: Any, features: Tensor, k: int) -> Tensor:
+    def forward(ctx: Any, features: Tensor, scales: Tensor | None, k: int) -> Tensor:
         n, _, height, width = features.shape
-        # Outside the image, where features are zero, a distance is what a pixel itself has.
-        found = (features**2).sum(dim=1, keepdim=True).repeat(1, k * k, 1, 1)
-        found[:, k * k // 2] = 0.0
-        for tap, here, there, *_ in pairs(k, height, width):
-            apart = ((features[here] - features[there]) ** 2).sum(dim=1)
-            found[:, k * k - 1 - tap][here[0], *here[2:]] = apart
-            found[:, tap][there[0], *there[2:]] = apart
-        ctx.save_for_backward(features)
+        found = features.new_zeros((n, k * k, height, width))
+        for pair in pairs(k, height, width):
+            first, second = pair.opposite(found, k)
+            for part, scale in scaled_parts(features, scales):
+                apart = ((features[pair.here][:, part] - features[pair.there][:, part]) ** 2).sum(1)
+                # Of a pair the one's tap goes to the other, whose scale counts.
+                first += apart if scale is None else apart * scale[pair.there][:, 0] ** 2
+                second += apart if scale is None else apart * scale[pair.here][:, 0] ** 2
+        ctx.save_for_backward(features, scales)
         ctx.k = k
-        return found.reshape(n, k * k, height, width)
+        return found
 
     @staticmethod
-    def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, None]:
-        (features,) = ctx.saved_tensors
+    def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, Tensor | None, None]:
+        features, scales = ctx.saved_tensors
         (gradient,) = gradients
-        k = ctx.k
         height, width = features.shape[-2:]
-        # As if all went outside, less what those taps add that stay inside.
-        own = gradient.sum(dim=1) - gradient[:, k * k // 2]
         to_features = torch.zeros_like(features)
-        for tap, here, there, *_ in pairs(k, height, width):
-            first = gradient[:, k * k - 1 - tap][here[0], *here[2:]]
-            second = gradient[:, tap][there[0], *there[2:]]
-            own[here[0], *here[2:]] -= first
-            own[there[0], *there[2:]] -= second
-            change = (features[here] - features[there]) * (first + second)[:, None]
-            to_features[here] += change
-            to_features[there] -= change
-        to_features.addcmul_(features, own[:, None])
-        return to_features.mul_(2.0), None
+        to_scales = None if scales is None else torch.zeros_like(scales)
+        for pair in pairs(ctx.k, height, width):
+            first, second = pair.opposite(gradient, ctx.k)
+            for group, (part, scale) in enumerate(scaled_parts(features, scales)):
+                change = features[pair.here][:, part] - features[pair.there][:, part]
+                weight = first + second
+                if scale is not None and to_scales is not None:
+                    here, there = scale[pair.here][:, 0], scale[pair.there][:, 0]
+                    apart = 2.0 * (change**2).sum(dim=1)
+                    to_scales[pair.there][:, group - 1] += first * apart * there
+                    to_scales[pair.here][:, group - 1] += second * apart * here
+                    weight = first * there**2 + second * here**2
+                change = 2.0 * change * weight[:, None]
+                to_features[pair.here][:, part] += change
+                to_features[pair.there][:, part] -= change
+        return to_features, to_scales, None
+
+
+def scaled_parts(
+    features: Tensor, scales: Tensor | None
+) -> Iterator[tuple[slice, Tensor | None]]:
+    """Features that have a scale in common, and it [n, 1, h, w]: learned ones, which have none,
+    and with `scales` [n, 3, h, w] after them albedo, normal and depth of the guides."""
+    learned = features.shape[1] - (0 if scales is None else GUIDES)
+    yield slice(0, learned), None
+    if scales is not None:
+        first = learned
+        for group, size in enumerate(GUIDE_GROUPS):
+            yield slice(first, first + size), scales[:, group : group + 1]
+            first += size
 
 
 class Pair(NamedTuple):
@@ -162,6 +179,11 @@ class Pair(NamedTuple):
     border_here: Border
     border_there: Border
 
+    def opposite(self, taps: Tensor, k: int) -> tuple[Tensor, Tensor]:
+        """Views of [n, k k, h, w]: of `here` the tap that goes `there`, and the way back."""
+        go, back = taps[:, k * k - 1 - self.tap], taps[:, self.tap]
+        return go[self.here[0], *self.here[2:]], back[self.there[0], *self.there[2:]]
+
 
 def pairs(k: int, height: int, width: int, dilation: int = 1) -> Iterator[Pair]:
     """Of the taps before the middle one those that stay inside the image."""
@@ -176,21 +198,34 @@ def pairs(k: int, height: int, width: int, dilation: int = 1) -> Iterator[Pair]:
             yield Pair(tap, here, there, (left, right, up, 0), (right, left, 0, up))
 
 
-def distances(features: Tensor, k: int) -> Tensor:
+def distances(features: Tensor, k: int, scales: Tensor | None = None) -> Tensor:
     """Squared distances [n, k k, h, w] of features [n, d, h, w] at a pixel from those at its taps.
 
-    Outside the image features are zero.
+    With `scales` [n, 3, h, w] the last features are guides, whose differences are multiplied by
+    those of the pixel that a tap goes to. 0 where that is outside the image.
     """
-    found: Tensor = _Distances.apply(features.contiguous(), k)
+    found: Tensor = _Distances.apply(
+        features.contiguous(), None if scales is None else scales.contiguous(), k
+    )
     return found
 
 
-def plain_distances(features: Tensor, k: int) -> Tensor:
+def plain_distances(features: Tensor, k: int, scales: Tensor | None = None) -> Tensor:
     """The same in plain operators, which ONNX has."""
-    n, d, height, width = features.shape
-    around = unfold(features, k, padding=k // 2).reshape(n, d, k * k, height * width).flip(2)
-    change = features.reshape(n, d, 1, height * width) - around
-    return (change**2).sum(dim=1).reshape(n, k * k, height, width)
+    n, _, height, width = features.shape
+    r = k // 2
+
+    def around(planes: Tensor) -> Tensor:
+        found = unfold(planes, k, padding=r).reshape(n, -1, k * k, height * width)
+        return found.flip(2)
+
+    inside = around(torch.ones_like(features[:, :1]))[:, 0]
+    total = torch.zeros_like(inside)
+    for part, scale in scaled_parts(features, scales):
+        own = features[:, part].reshape(n, -1, 1, height * width)
+        apart = ((own - around(features[:, part])) ** 2).sum(dim=1)
+        total = total + (apart if scale is None else apart * around(scale)[:, 0] ** 2)
+    return (total * inside).reshape(n, k * k, height, width)
 
 
 def splat(logits: Tensor, radiance: Tensor) -> Tensor:
