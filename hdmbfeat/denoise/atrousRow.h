@@ -78,12 +78,22 @@ private:
         return loadLanes<T>(values.data());
     }
 
+    /// The scale plane of a feature; null where it has none.
+    const float* scalesOf(int channel) const {
+        const int guide = channel - (in_.alikeChannels - in_.guides);
+        return guide < 0 ? nullptr
+                         : in_.scales + static_cast<std::size_t>(guides::group(guide)) * pixels();
+    }
+
     T apart(int tap, int x) const {
         const int there = x + in_.dilation * columnOf(tap);
         T sum(0.0F);
         const float* plane = in_.alike;
         for (int c = 0; c < in_.alikeChannels; ++c, plane += pixels()) {
-            const T change = at(row(plane, tap), there) - at(row(plane, atrous::kMiddle), x);
+            const float* const scales = scalesOf(c);
+            const T scale = scales == nullptr ? T(1.0F) : at(row(scales, atrous::kMiddle), x);
+            const T change =
+                (at(row(plane, tap), there) - at(row(plane, atrous::kMiddle), x)) * scale;
             sum = fma(change, change, sum);
         }
         return sum;
@@ -95,8 +105,11 @@ private:
         const float* plane = in_.alike + x;
         for (int c = 0; c < in_.alikeChannels; ++c, plane += pixels()) {
             const T own = loadLanes<T>(plane + offsets_[atrous::kMiddle]);
+            const float* const scales = scalesOf(c);
+            const T scale =
+                scales == nullptr ? T(1.0F) : loadLanes<T>(scales + offsets_[atrous::kMiddle] + x);
             for (std::size_t tap = 0; tap < atrous::kTaps; ++tap) {
-                const T change = loadLanes<T>(plane + offsets_[tap]) - own;
+                const T change = (loadLanes<T>(plane + offsets_[tap]) - own) * scale;
                 sums[tap] = fma(change, change, sums[tap]);
             }
         }

@@ -146,8 +146,9 @@ protected:
             splat(input, core, image.data(), pool_, options_.stop, widestSplatLanes());
         } else {
             input.separate = true;
+            const std::size_t centre = contract_.guides > 0 ? 5 : 4; // among the outputs
             const std::vector<float> units =
-                filteredUnits(input, core, network[kCentre].data, network[kTable].data);
+                filteredUnits(input, core, network[centre].data, network[centre + 1].data);
             joinUnits(input, core, units.data(), image.data());
         }
         place(image, tile, core);
@@ -180,6 +181,9 @@ protected:
         if (contract_.affinity > 0) {
             sizes.push_back(units * static_cast<std::size_t>(contract_.affinity) * pixels);
         }
+        if (contract_.guides > 0) {
+            sizes.push_back(units * guides::kGroups * pixels);
+        }
         if (passes > 0) {
             sizes.push_back(units * passes * pixels);
             sizes.push_back(passes * (atrous::kTaps + 1));
@@ -198,7 +202,9 @@ protected:
         input.light = light.data();
         input.weight = network[1].data;
         input.bias = network[2].data;
-        input.alike = contract_.affinity > 0 ? network[kAlike].data : nullptr;
+        input.alike = contract_.affinity > 0 ? network[3].data : nullptr;
+        input.guides = contract_.guides;
+        input.scales = contract_.guides > 0 ? network[4].data : nullptr;
         input.apart = divisors != nullptr;
         if (divided && divisors != nullptr) {
             input.gate = network[sizes.size() - 1].data;
@@ -229,6 +235,7 @@ protected:
             pass.height = input.height;
             pass.lights = input.lights;
             pass.alikeChannels = input.alikeChannels;
+            pass.guides = input.guides;
             pass.dilation = contract_.atrous[level];
             pass.spatial = table + level * (atrous::kTaps + 1);
             pass.sharpness = pass.spatial[atrous::kTaps];
@@ -237,6 +244,9 @@ protected:
                 pass.light = light.data() + unit * image;
                 pass.alike =
                     input.alike + unit * static_cast<std::size_t>(input.alikeChannels) * plane;
+                if (input.guides > 0) {
+                    pass.scales = input.scales + unit * guides::kGroups * plane;
+                }
                 pass.centre = centre + (unit * passes + level) * plane;
                 pass.out = filtered.data() + unit * image;
                 filter(pass, around(), pool_, options_.stop, widestSplatLanes());
@@ -262,9 +272,6 @@ protected:
             }
         }
     }
-
-    // Places among the network's outputs.
-    static constexpr std::size_t kAlike = 3, kCentre = 4, kTable = 5;
 
     const DenoiseModel& model_;
     const DenoiseContract& contract_;

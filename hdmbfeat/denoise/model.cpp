@@ -214,6 +214,7 @@ Status DenoiseModel::readContract() {
     for (const Number& number :
          {Number{"kernel", &contract_.kernel, 1, 99}, Number{"unit", &contract_.unit, 1, 1024},
           Number{"affinity", &contract_.affinity, 0, 256},
+          Number{"guides", &contract_.guides, 0, guides::kCount},
           Number{"demodulated", &contract_.demodulated, 0, 1},
           Number{"receptiveField", &contract_.receptiveField, 0, 4096},
           Number{"classPlanes", &contract_.classPlanes, 0, 1 << 16},
@@ -235,7 +236,9 @@ Status DenoiseModel::readContract() {
         }
     }
     if (contract_.kernel % 2 == 0 || (contract_.affinity == 0 && !contract_.atrous.empty()) ||
-        contract_.channels.size() < 3 || contract_.channels[0] != "R") {
+        (contract_.guides != 0 && contract_.guides != guides::kCount) ||
+        contract_.guides > contract_.affinity || contract_.channels.size() < 3 ||
+        contract_.channels[0] != "R") {
         return Error{file_, "its metadata contradicts itself (kernel " +
                                 std::to_string(contract_.kernel) + ", " +
                                 std::to_string(contract_.channels.size()) +
@@ -265,6 +268,9 @@ Status DenoiseModel::checkGraphs() const {
     Names outputs = {"hidden", "weight", "bias"};
     if (contract_.affinity > 0) {
         outputs.emplace_back("alike");
+    }
+    if (contract_.guides > 0) {
+        outputs.emplace_back("scales");
     }
     if (!contract_.atrous.empty()) {
         outputs.insert(outputs.end(), {"centre", "table"});

@@ -28,6 +28,7 @@ struct DenoiseContract {
     int receptiveField = 0;  ///< pixels around one that can change it, without the splat
     int classPlanes = 0;     ///< of a layered model: sums of a class
     int affinity = 0;        ///< of a layered model: channels of `alike`, see splat.h
+    int guides = 0;          ///< of a layered model: how many of these are guides, see splat.h
     std::vector<int> atrous; ///< of a layered model: dilations of the passes after the splat
     int demodulated = 0;     ///< of a layered model: 1 where divided radiance is splatted too
     int workingFloats = 0;   ///< a pixel, at its largest, of a run; of `hidden`, a sample and pixel

@@ -5,6 +5,7 @@
 
 #include "core/floatTraps.h"
 #include "core/library.h"
+#include "denoise/splat.h"
 
 extern "C" void encodeOnLanes(const mbfeat::PathEncoder* encoder, const float* channels, int count,
                               float* embeddings, float* divisors);
@@ -104,7 +105,7 @@ std::optional<PathEncoder> PathEncoder::read(const std::string& bytes, bool hasC
                                                 : kVertexFeatures + encoder.vertex.back().outputs;
     encoder.embedding = reader.layers(kCommonFeatures + vertices);
     if (!reader.isAtEnd() || encoder.embedding.empty() || !(encoder.logScale > 0.0F) ||
-        (encoder.guides != 0 && encoder.guides != extended::kGuides) ||
+        (encoder.guides != 0 && encoder.guides != guides::kCount) ||
         encoder.width() > kMostOutputs || kCommonFeatures + vertices > kMostOutputs) {
         return std::nullopt;
     }

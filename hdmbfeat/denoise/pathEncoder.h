@@ -36,7 +36,6 @@ inline constexpr int kValid = kFeatures + 9 * kVertices;
 inline constexpr int kExtended = kValid + kVertices; ///< roughness, distance, throughput
 inline constexpr int kEvents = kExtended + 5 * kVertices;
 inline constexpr int kChannels = kEvents + 4 * kVertices;
-inline constexpr int kGuides = 7; ///< of the first non-delta vertex: albedo, normal, depth
 } // namespace extended
 
 struct PathEncoder {

@@ -20,6 +20,15 @@ namespace mbfeat {
 
 class ThreadPool;
 
+/// Features that need no learning: albedo, normal and depth, each of which has a scale.
+namespace guides {
+inline constexpr int kCount = 7, kGroups = 3;
+/// The group of the i-th of them.
+inline constexpr int group(int i) {
+    return i / 3;
+}
+} // namespace guides
+
 /// Arrays are of the caller, row-major, float32.
 struct SplatInput {
     int units = 0, channels = 0, lights = 0; ///< hidden channels; values that are spread
@@ -31,6 +40,10 @@ struct SplatInput {
     const float* bias = nullptr;   ///< [k k]
     int alikeChannels = 0;
     const float* alike = nullptr; ///< [units][alikeChannels][height][width]
+    /// The last of these, none or guides::kCount: their differences are multiplied by `scales`
+    /// [units][guides::kGroups][height][width] of the pixel to which a tap goes.
+    int guides = 0;
+    const float* scales = nullptr;
     /// Demodulation, of units apart: the second half of the lights is the first divided by the
     /// unit's albedo. What arrives of it is multiplied by `divisor` [units][3][height][width], the
     /// albedo at the pixel, 0 where the unit has none, and counts as much as `gate`

@@ -26,6 +26,7 @@ public:
           hidden_(size(input.channels, sourceHeight_)),
           light_(size(input.lights, sourceHeight_)),
           alike_(size(input.alikeChannels, sourceHeight_)),
+          scales_(size(input.guides > 0 ? guides::kGroups : 0, sourceHeight_)),
           logits_(size(input.kernel, 1)),
           sums_((static_cast<std::size_t>(input.lights) + 2) * blockSize()),
           weights_(static_cast<std::size_t>(input.kernel) * kWidth) {}
@@ -100,6 +101,9 @@ private:
         copyPlanes(in_.hidden, unit, in_.channels, hidden_.data());
         copyPlanes(in_.light, unit, in_.lights, light_.data());
         copyPlanes(in_.alike, unit, in_.alikeChannels, alike_.data());
+        if (in_.guides > 0) {
+            copyPlanes(in_.scales, unit, guides::kGroups, scales_.data());
+        }
     }
 
     void copyPlanes(const float* from, int unit, int planes, float* to) const {
@@ -222,13 +226,19 @@ private:
         const auto k = static_cast<std::size_t>(in_.kernel);
         const auto width = static_cast<std::size_t>(sourceWidth_);
         const auto radius = static_cast<std::size_t>(radius_);
-        const auto rowOf = [&](int r) { return static_cast<std::size_t>(r) * width; };
+        const std::size_t source = static_cast<std::size_t>(row) * width;
+        const std::size_t here = static_cast<std::size_t>(y - tile_.y0 + radius_) * width + radius;
+        const int learned = in_.alikeChannels - in_.guides;
         for (int c = 0; c < in_.alikeChannels; ++c) {
             const float* const plane = alike_.data() + size(c, sourceHeight_) + x;
-            const float* const source = plane + rowOf(row);
-            const T own = load(plane + rowOf(y - tile_.y0 + radius_) + radius);
+            const T own = load(plane + here);
+            T scale(1.0F);
+            if (c >= learned) {
+                scale = load(scales_.data() + size(guides::group(c - learned), sourceHeight_) + x +
+                             here);
+            }
             for (std::size_t i = 0; i < k; ++i) {
-                const T change = load(source + i) - own;
+                const T change = (load(plane + source + i) - own) * scale;
                 store(&weights_[i * kWidth], load(&weights_[i * kWidth]) - change * change);
             }
         }
@@ -297,10 +307,11 @@ private:
     const SplatInput& in_;
     SplatTile tile_;
     int radius_, blockWidth_, sourceWidth_, sourceHeight_;
-    std::vector<float> hidden_, light_, alike_; ///< [plane][row][x] of the unit, from -radius on
-    std::vector<float> logits_;                 ///< [tap][x] of a source row
-    std::vector<float> sums_;                   ///< [slot][row][x]
-    std::vector<float> weights_;                ///< [tap][lane], logits before
+    /// [plane][row][x] of the unit, from -radius on
+    std::vector<float> hidden_, light_, alike_, scales_;
+    std::vector<float> logits_;  ///< [tap][x] of a source row
+    std::vector<float> sums_;    ///< [slot][row][x]
+    std::vector<float> weights_; ///< [tap][lane], logits before
 };
 
 } // namespace mbfeat

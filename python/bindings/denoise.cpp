@@ -100,14 +100,16 @@ nb::object denoiseFile(const std::string& path, const std::string& model, Denois
 
 nb::object splatArrays(const Array& hidden, const Array& light, const Array& weight,
                        const Array& bias, const std::optional<Array>& presence, bool apart,
-                       SplatLanes lanes, int threads, const std::optional<Array>& alike) {
+                       SplatLanes lanes, int threads, const std::optional<Array>& alike,
+                       const std::optional<Array>& scales) {
     SplatInput input;
     const bool ranks = hidden.ndim() == 4 && light.ndim() == 4 && weight.ndim() == 2 &&
                        bias.ndim() == 1 && (!presence || presence->ndim() == 3) &&
-                       (!alike || alike->ndim() == 4);
+                       (!alike || alike->ndim() == 4) &&
+                       (!scales || (alike && scales->ndim() == 4));
     if (!ranks) {
         throw BindingError({"splat", "hidden and light have four dimensions, weight two, bias one, "
-                                     "presence three, alike four"});
+                                     "presence three, alike and scales four"});
     }
     input.units = static_cast<int>(hidden.shape(0));
     input.channels = static_cast<int>(hidden.shape(1));
@@ -124,7 +126,9 @@ nb::object splatArrays(const Array& hidden, const Array& light, const Array& wei
     const bool fits = taps == bias.size() && weight.size() == taps * hidden.shape(1) &&
                       light.size() == hidden.shape(0) * light.shape(1) * plane &&
                       (!presence || presence->size() == hidden.shape(0) * plane) &&
-                      (!alike || alike->size() == hidden.shape(0) * alike->shape(1) * plane);
+                      (!alike || alike->size() == hidden.shape(0) * alike->shape(1) * plane) &&
+                      (!scales || (alike->shape(1) >= guides::kCount &&
+                                   scales->size() == hidden.shape(0) * guides::kGroups * plane));
     if (!fits) {
         throw BindingError({"splat", "the sizes of its arrays contradict each other"});
     }
@@ -134,6 +138,8 @@ nb::object splatArrays(const Array& hidden, const Array& light, const Array& wei
     input.bias = bias.data();
     input.alikeChannels = alike ? static_cast<int>(alike->shape(1)) : 0;
     input.alike = alike ? alike->data() : nullptr;
+    input.guides = scales ? guides::kCount : 0;
+    input.scales = scales ? scales->data() : nullptr;
     input.presence = presence ? presence->data() : nullptr;
     input.apart = apart;
     std::vector<float> image(light.shape(1) * plane);
@@ -208,16 +214,17 @@ void bindDenoise(nb::module_& module) {
     module.def(
         "splat", &splatArrays, "hidden"_a, "light"_a, "weight"_a, "bias"_a,
         "presence"_a = nb::none(), "apart"_a = false, "lanes"_a = SplatLanes::kWide,
-        "threads"_a = 0, "alike"_a = nb::none(),
+        "threads"_a = 0, "alike"_a = nb::none(), "scales"_a = nb::none(),
         nb::sig(
             "def splat(hidden: NDArray[numpy.float32], light: NDArray[numpy.float32], weight: "
             "NDArray[numpy.float32], bias: NDArray[numpy.float32], presence: "
             "NDArray[numpy.float32] | None = None, apart: bool = False, lanes: SplatLanes = ..., "
-            "threads: int = 0, alike: NDArray[numpy.float32] | None = None) -> "
-            "NDArray[numpy.float32]"),
+            "threads: int = 0, alike: NDArray[numpy.float32] | None = None, scales: "
+            "NDArray[numpy.float32] | None = None) -> NDArray[numpy.float32]"),
         "Kernel splatting of hidden [units, channels, h, w] and light [units, lights, h, w] with "
         "weight [k k, channels] and bias [k k], and features alike [units, n, h, w] whose squared "
-        "distances are taken off the logits: [lights, h, w].");
+        "distances are taken off the logits, with scales [units, 3, h, w] the last seven as "
+        "guides: [lights, h, w].");
 }
 
 } // namespace mbfeat

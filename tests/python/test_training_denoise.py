@@ -16,6 +16,7 @@ from test_training_export import network  # noqa: E402
 from test_training_model import VARIANTS  # noqa: E402
 from training import export  # noqa: E402
 from training.dataset import layout  # noqa: E402
+from training.model.config import GUIDES  # noqa: E402
 from training.model.inputs import network_input  # noqa: E402
 from training.model.sksn import Sksn  # noqa: E402
 
@@ -149,7 +150,7 @@ def test_colours_that_add_up_still_do(name: str, tmp_path: Path) -> None:
     assert np.allclose(found[0], found[1] + found[2], rtol=1e-5, atol=1e-6)
 
 
-@pytest.mark.parametrize("alike", [0, 3])
+@pytest.mark.parametrize("alike", [0, 3, 9])
 @pytest.mark.parametrize("apart", [False, True])
 @pytest.mark.parametrize("kernel", [1, 5, 13, 17])
 def test_splat_is_that_of_pytorch(kernel: int, apart: bool, alike: int) -> None:
@@ -163,18 +164,22 @@ def test_splat_is_that_of_pytorch(kernel: int, apart: bool, alike: int) -> None:
     weight = rng.normal(size=(kernel**2, channels)).astype(np.float32)
     bias = rng.normal(size=kernel**2).astype(np.float32)
     features = rng.normal(size=(units, alike, height, width)).astype(np.float32) if alike else None
+    guided = alike > GUIDES
+    scales = rng.normal(size=(units, 3, height, width)).astype(np.float32) if guided else None
     for strength in (1.0, 100.0):
         scaled = strength * weight
         logits = np.einsum("tc,uchw->uthw", scaled, hidden) + bias[None, :, None, None]
         logits = logits.astype(np.float32)
         if alike:
-            logits -= distances(torch.from_numpy(features), kernel).numpy()
+            given_scales = torch.from_numpy(scales) if guided else None
+            logits -= distances(torch.from_numpy(features), kernel, given_scales).numpy()
         units_of = slice(None), None
         given = (logits[units_of], light[units_of]) if apart else (logits[None], light[None])
         expected = splat(*(torch.from_numpy(a) for a in given)).numpy()
         expected = expected.sum(axis=0)
         for lanes in (_core.SplatLanes.SCALAR, _core.SplatLanes.NARROW, _core.SplatLanes.WIDE):
             settings: dict[str, Any] = {"apart": apart, "lanes": lanes, "alike": features}
+            settings["scales"] = scales
             found = _core.splat(hidden, light, scaled, bias, threads=2, **settings)
             # The logits themselves are rounded: of hundreds, to 1e-4.
             assert np.allclose(found, expected, rtol=2e-5 * strength, atol=2e-5 * strength)

@@ -137,14 +137,16 @@ class _Distances(torch.autograd.Function):
         to_scales = None if scales is None else torch.zeros_like(scales)
         for pair in pairs(ctx.k, height, width):
             first, second = pair.opposite(gradient, ctx.k)
-            for group, (part, scale) in enumerate(scaled_parts(features, scales)):
+            of_scales = None if to_scales is None else scaled_parts(features, to_scales)
+            for part, scale in scaled_parts(features, scales):
+                to_scale = None if of_scales is None else next(of_scales)[1]
                 change = features[pair.here][:, part] - features[pair.there][:, part]
                 weight = first + second
-                if scale is not None and to_scales is not None:
+                if scale is not None and to_scale is not None:
                     here, there = scale[pair.here][:, 0], scale[pair.there][:, 0]
                     apart = 2.0 * (change**2).sum(dim=1)
-                    to_scales[pair.there][:, group - 1] += first * apart * there
-                    to_scales[pair.here][:, group - 1] += second * apart * here
+                    to_scale[pair.there][:, 0] += first * apart * there
+                    to_scale[pair.here][:, 0] += second * apart * here
                     weight = first * there**2 + second * here**2
                 change = 2.0 * change * weight[:, None]
                 to_features[pair.here][:, part] += change
@@ -155,12 +157,15 @@ class _Distances(torch.autograd.Function):
 def scaled_parts(
     features: Tensor, scales: Tensor | None
 ) -> Iterator[tuple[slice, Tensor | None]]:
-    """Features that have a scale in common, and it [n, 1, h, w]: learned ones, which have none,
-    and with `scales` [n, 3, h, w] after them albedo, normal and depth of the guides."""
-    learned = features.shape[1] - (0 if scales is None else GUIDES)
-    yield slice(0, learned), None
+    """Features that have a scale in common, and it [n, 1, h, w].
+
+    Learned ones, which have none, and with `scales` [n, 3, h, w] after them albedo, normal and
+    depth of the guides.
+    """
+    first = features.shape[1] - (0 if scales is None else GUIDES)
+    if first:
+        yield slice(0, first), None
     if scales is not None:
-        first = learned
         for group, size in enumerate(GUIDE_GROUPS):
             yield slice(first, first + size), scales[:, group : group + 1]
             first += size

@@ -16,9 +16,9 @@ namespace {
 
 /// A pass over random planes; logits up to a few hundred where `strength` is 100.
 struct Example {
-    static constexpr int kLights = 4, kAlike = 3;
+    static constexpr int kLights = 4, kLearned = 2, kAlike = kLearned + guides::kCount;
     int width, height;
-    std::vector<float> light, alike, centre, spatial;
+    std::vector<float> light, alike, scales, centre, spatial;
     ATrousPass pass;
 
     Example(int w, int h, int dilation, float strength) : width(w), height(h) {
@@ -33,6 +33,7 @@ struct Example {
         };
         light = planes(kLights, 1.0F);
         alike = planes(kAlike, std::sqrt(strength));
+        scales = planes(guides::kGroups, 1.0F);
         centre = planes(1, strength);
         for (int tap = 0; tap < atrous::kTaps; ++tap) {
             spatial.push_back(strength * normal(random));
@@ -44,6 +45,8 @@ struct Example {
         pass.dilation = dilation;
         pass.light = light.data();
         pass.alike = alike.data();
+        pass.guides = guides::kCount;
+        pass.scales = scales.data();
         pass.centre = centre.data();
         pass.spatial = spatial.data();
         pass.sharpness = 0.7F;
@@ -72,8 +75,11 @@ struct Example {
                 logit += centre[place(0, y, x)];
             } else {
                 for (int c = 0; c < kAlike; ++c) {
-                    const double change = static_cast<double>(alike[place(c, y, x)]) -
-                                          static_cast<double>(alike[place(c, row, column)]);
+                    double change = static_cast<double>(alike[place(c, y, x)]) -
+                                    static_cast<double>(alike[place(c, row, column)]);
+                    if (c >= kLearned) {
+                        change *= scales[place(guides::group(c - kLearned), y, x)];
+                    }
                     logit -= static_cast<double>(pass.sharpness) * change * change;
                 }
             }
