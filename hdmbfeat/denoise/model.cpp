@@ -210,18 +210,17 @@ Status DenoiseModel::readContract() {
         const char* name;
         int* value;
         int least, most;
+        int since = kOldestFormat; ///< in formats before it was 0
     };
     for (const Number& number :
          {Number{"kernel", &contract_.kernel, 1, 99}, Number{"unit", &contract_.unit, 1, 1024},
-          Number{"affinity", &contract_.affinity, 0, 256},
-          Number{"guides", &contract_.guides, 0, guides::kCount},
-          Number{"demodulated", &contract_.demodulated, 0, 1},
+          Number{"affinity", &contract_.affinity, 0, 256, kAffinityFormat},
+          Number{"guides", &contract_.guides, 0, guides::kCount, kFormat},
+          Number{"demodulated", &contract_.demodulated, 0, 1, kAffinityFormat},
           Number{"receptiveField", &contract_.receptiveField, 0, 4096},
           Number{"classPlanes", &contract_.classPlanes, 0, 1 << 16},
           Number{"workingFloats", &contract_.workingFloats, 1, 1 << 20}}) {
-        const bool isMissing =
-            contract_.format < kAffinityFormat &&
-            (number.value == &contract_.affinity || number.value == &contract_.demodulated);
+        const bool isMissing = contract_.format < number.since;
         const std::string text = isMissing ? "0" : entry(number.name);
         if (!readNumber(text, number.least, number.most, *number.value)) {
             return Error{file_, "its metadata mbfeat:" + std::string(number.name) + " is '" + text +
