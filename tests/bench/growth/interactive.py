@@ -6,8 +6,8 @@ The viewer is UsdImagingGL.Engine without a GPU, whose Render() is called as an 
 each of its frames: at once when the camera has moved, and then sixty times a second. Times are wall
 and CPU seconds, pairs in this order,
 
-- of the first pixel: from opening the stage until Render() came back with the samples of at least
-  one batch in the render buffer, the renderer's code being loaded and the file in the system's
+- of the first pixels: from opening the stage until Render() came back with a whole pass of reduced
+  resolution in the render buffer, the renderer's code being loaded and the file in the system's
   cache;
 - of a camera move: from setting the camera until Render() came back with a whole pass of reduced
   resolution in the buffer, and until it came back with one sample of every pixel.
@@ -110,7 +110,7 @@ def measure(warm: Path, path: Path, width: int, moves: int) -> dict[str, Any]:
     viewer = Viewer(stage, width, height)
     viewer.look_from(0.0)
     viewer.show()
-    answer["first_pixel"], answer["first_image"] = viewer.until(watch, 1, whole)
+    answer["first_pixel"], answer["first_image"] = viewer.until(watch, coarse, whole)
     answer["coarse"], answer["full"] = [], []
     for move in range(moves):
         watch = Stopwatch()

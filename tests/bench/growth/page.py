@@ -110,8 +110,8 @@ def _percent(spread: dict[str, float]) -> dict[str, float]:
 INTERACTIVE = """## First pixel and camera moves
 
 A viewer (`UsdImagingGL.Engine`) opens the terrain, the renderer being loaded already and the file
-in the system's cache, and then moves the camera; it draws sixty frames a second. The first pixel is
-that of the first batch that is in the render buffer. The image comes in passes of reduced
+in the system's cache, and then moves the camera; it draws sixty frames a second. The first
+pixels are those of the first pass of reduced resolution. The image comes in passes of reduced
 resolution: every eighth pixel in both directions first, each standing for its block, then every
 fourth, every second, and all. CPU time is the whole process's, the viewer's own part included.
 """
@@ -121,7 +121,7 @@ def _interactive(result: report.Result) -> list[str]:
     found = result["interactive"]
     names = {
         "open": "open the stage (OpenUSD)",
-        "first_pixel": "first pixel",
+        "first_pixel": "first pass of reduced resolution",
         "first_image": "first sample of all pixels",
         "coarse": "a move to the pass of reduced resolution",
         "full": "a move to one sample of all pixels",
