@@ -102,6 +102,11 @@ def aim_table(result: Result) -> list[str]:
     return table(["", "aim", "measured", "met"], rows) if rows else []
 
 
+def counted(number: int, one: str, more: str) -> str:
+    """A number with its noun."""
+    return f"{number} {one if number == 1 else more}"
+
+
 def about(result: Result) -> str:
     """Date, machine, threads, rounds and load in a sentence."""
     machine = result["machine"]
@@ -109,7 +114,8 @@ def about(result: Result) -> str:
     size = "small sizes, which say little; " if result["quick"] else ""
     return (
         f"{result['date']}, {machine['cpu']}, {result['threads']} threads, "
-        f"{result['rounds']} rounds; {size}load average {load} on {machine['cores']} cores."
+        f"{counted(result['rounds'], 'round', 'rounds')}; {size}"
+        f"load average {load} on {machine['cores']} cores."
     )
 
 
