@@ -72,11 +72,13 @@ def page(result: report.Result) -> str:
     missing = [title for name, title in TITLES.items() if name not in result["axes"]]
     if missing:
         lines += [f"Not measured in this run: {', '.join(missing)}.", ""]
-    if max(result["machine"]["load_average"]) > 0.5 + result["machine"]["cores"] / 4:
+    if "note" in result:  # what somebody added to the file
+        lines += [result["note"], ""]
+    if report.is_busy(result):
         lines += [
             "Other programs wanted the cores meanwhile: wall seconds, and what is told from them, "
             "are too long,",
-            "so that they say nothing of whether an aim is met, and CPU seconds carry the others' "
+            "so that they do not tell whether an aim is missed, and CPU seconds carry the others'",
             "share of the caches.",
             "",
         ]
