@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "film/risingPass.h"
+
 namespace mbfeat {
 
 namespace {
@@ -101,8 +103,8 @@ Pixels fitted(const Pixels& pixels, const ImageWindow& window, int width, int he
 
 } // namespace
 
-void showFilm(const Film& film, int aovIndex, const FilmPlacement& placement, bool asColor,
-              RenderBuffer& buffer) {
+void showFilm(const Film& film, int aovIndex, const FilmPlacement& placement,
+              const std::vector<std::uint8_t>& sampled, bool asColor, RenderBuffer& buffer) {
     const AovDescriptor& aov = film.aovs()[static_cast<std::size_t>(aovIndex)];
     const ImageWindow& window = film.window();
     const int x = placement.bufferX + window.data.x;
@@ -111,10 +113,12 @@ void showFilm(const Film& film, int aovIndex, const FilmPlacement& placement, bo
         std::vector<std::int32_t> integers(static_cast<std::size_t>(window.data.width) *
                                            static_cast<std::size_t>(window.data.height));
         film.resolveInt(aovIndex, integers.data());
+        fillFromCoarser(sampled, window.data.width, 1, integers.data());
         buffer.write(integers.data(), x, y, window.data.width, window.data.height);
         return;
     }
     Pixels pixels = resolveFloats(film, aovIndex);
+    fillFromCoarser(sampled, pixels.width, pixels.channels, pixels.values.data());
     if (asColor) {
         spreadOverColor(pixels);
     }

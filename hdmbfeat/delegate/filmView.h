@@ -1,6 +1,9 @@
 // Films shown in AOV buffers.
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "delegate/renderBuffer.h"
 #include "film/film.h"
 
@@ -14,7 +17,9 @@ struct FilmPlacement {
 
 /// Copies an AOV's current values into a buffer. `asColor` spreads AOVs of one or two channels
 /// over red, green and blue with alpha 1, for AOVs that are looked at in place of `color`.
-void showFilm(const Film& film, int aovIndex, const FilmPlacement& placement, bool asColor,
-              RenderBuffer& buffer);
+/// `sampled` (film/risingPass.h) says which pixels have samples, so that others stand for those
+/// that have none; empty: all have.
+void showFilm(const Film& film, int aovIndex, const FilmPlacement& placement,
+              const std::vector<std::uint8_t>& sampled, bool asColor, RenderBuffer& buffer);
 
 } // namespace mbfeat

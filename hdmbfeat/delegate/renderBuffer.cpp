@@ -52,6 +52,10 @@ void encode(HdFormat component, float value, std::uint8_t* out) {
 struct FloatSource {
     const float* pixels;
     int channels;
+    /// Whether pixels of that format are ours byte for byte.
+    bool isStoredAs(HdFormat component, int count) const {
+        return component == HdFormatFloat32 && count == channels;
+    }
     void put(std::size_t pixel, int c, HdFormat component, std::uint8_t* out) const {
         const float missing = c == 3 ? 1.0F : 0.0F;
         encode(
@@ -65,6 +69,9 @@ struct FloatSource {
 
 struct IntegerSource {
     const std::int32_t* pixels;
+    bool isStoredAs(HdFormat component, int count) const {
+        return component == HdFormatInt32 && count == 1;
+    }
     void put(std::size_t pixel, int c, HdFormat component, std::uint8_t* out) const {
         if (c == 0 && component == HdFormatInt32) {
             store(out, pixels[pixel]);
@@ -138,6 +145,7 @@ void RenderBuffer::writeRows(const Source& source, int x, int y, int width, int 
     const HdFormat component = HdGetComponentFormat(format_);
     const auto count = static_cast<int>(HdGetComponentCount(format_));
     const std::size_t componentBytes = HdDataSizeOfFormat(component);
+    const bool whole = source.isStoredAs(component, count);
     const int x0 = std::max(x, 0);
     const int x1 = std::min(x + width, static_cast<int>(width_));
     const int y0 = std::max(y, 0);
@@ -148,6 +156,12 @@ void RenderBuffer::writeRows(const Source& source, int x, int y, int width, int 
                                                static_cast<std::size_t>(count) * componentBytes;
         std::size_t pixel = static_cast<std::size_t>(row - y) * static_cast<std::size_t>(width) +
                             static_cast<std::size_t>(x0 - x);
+        if (whole) {
+            const std::size_t pixelBytes = static_cast<std::size_t>(count) * componentBytes;
+            std::memcpy(out, source.pixels + pixel * static_cast<std::size_t>(count),
+                        static_cast<std::size_t>(std::max(x1 - x0, 0)) * pixelBytes);
+            continue;
+        }
         for (int column = x0; column < x1; ++column, ++pixel) {
             for (int c = 0; c < count; ++c, out += componentBytes) {
                 source.put(pixel, c, component, out);

@@ -14,6 +14,7 @@
 #include "delegate/viewport.h"
 #include "film/aovTable.h"
 #include "film/filmDenoiser.h"
+#include "film/risingPass.h"
 #include "pxr/imaging/hd/renderIndex.h"
 #include "pxr/imaging/hd/utils.h"
 
@@ -67,6 +68,11 @@ std::shared_ptr<const FilmDenoise> denoiseOf(const RenderOptions& options, const
         return nullptr;
     }
     return denoise.value();
+}
+
+std::uint64_t pixelsOf(const Film& film) {
+    const PixelRect& data = film.window().data;
+    return static_cast<std::uint64_t>(data.width) * static_cast<std::uint64_t>(data.height);
 }
 
 std::size_t pathSampleBytes(const RenderOptions& options) {
@@ -321,12 +327,28 @@ void RenderPass::startJob(const HdRenderPassState& state, const std::vector<Targ
         finishJob(result, *messages, report);
     };
     jobNumber_ = param_.nextJobNumber();
+    if (film_) {
+        schedule_.start(film_->window().data, Clock::now());
+    }
     job_ = param_.startRender(std::move(job));
 }
 
 void RenderPass::showFilms(std::vector<Target>& targets, bool done) {
     const bool isRunning = job_ && job_->isRunning();
     const std::uint64_t samples = isRunning ? param_.renderer().progress().samples : 0;
+    const Clock::time_point begin = Clock::now();
+    const bool allShow = std::none_of(targets.begin(), targets.end(),
+                                      [](const Target& t) { return t.buffer->stamp() == 0; });
+    if (isRunning && film_ && allShow && !schedule_.isDue(samples, begin)) {
+        for (const Target& target : targets) {
+            target.buffer->setConverged(false);
+        }
+        return;
+    }
+    std::vector<std::uint8_t> sampled;
+    if (isRunning && film_ && samples < pixelsOf(*film_)) {
+        sampled = sampledPixels(*film_);
+    }
     const std::uint64_t stamp = (jobNumber_ << 45U) | (samples << 1U) | (done ? 1U : 0U);
     for (Target& target : targets) {
         RenderBuffer& buffer = *target.buffer;
@@ -338,12 +360,13 @@ void RenderPass::showFilms(std::vector<Target>& targets, bool done) {
             if (target.filmIndex < 0) {
                 fillWithClearValue(buffer, target.aov);
             } else {
-                showFilm(*film_, target.filmIndex, placement_, target.asColor, buffer);
+                showFilm(*film_, target.filmIndex, placement_, sampled, target.asColor, buffer);
             }
             buffer.setStamp(stamp);
         }
         buffer.setConverged(done);
     }
+    schedule_.shown(samples, begin, Clock::now());
 }
 
 void RenderPass::giveUp(const HdRenderPassState& state, const std::string& why) {

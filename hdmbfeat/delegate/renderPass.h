@@ -13,6 +13,7 @@
 #include "delegate/jobFinish.h"
 #include "film/film.h"
 #include "film/renderer.h"
+#include "film/showSchedule.h"
 #include "pxr/imaging/hd/renderPass.h"
 #include "pxr/imaging/hd/renderPassState.h"
 
@@ -78,6 +79,7 @@ private:
     std::uint64_t jobNumber_ = 0;
     std::shared_ptr<Film> film_; ///< what the viewport shows
     FilmPlacement placement_;
+    ShowSchedule schedule_; ///< of film_, while it is rendered
     bool converged_ = false;
 };
 

@@ -20,6 +20,7 @@
 #include "film/host.h"
 #include "film/progress.h"
 #include "film/refinement.h"
+#include "film/risingPass.h"
 #include "film/samplingRate.h"
 #include "film/tiles.h"
 #include "integrate/effectParts.h"
@@ -421,39 +422,60 @@ struct Renderer::Impl {
     }
 
     void renderPass(const RenderView& view, int first, int samples) {
+        // The first pass is finished whatever it takes: no pixel is without samples.
+        mayCut = job.options.timeLimit > 0.0 && first > 0;
+        if (!job.interactive || first > 0) {
+            renderGrid(view, PixelGrid(), first, samples);
+            return;
+        }
+        for (const PixelGrid& grid : kRisingGrids) {
+            if (!shouldStop()) {
+                renderGrid(view, grid, first, samples);
+            }
+        }
+    }
+
+    /// The pass, or that grid's part of it.
+    void renderGrid(const RenderView& view, const PixelGrid& grid, int first, int samples) {
         const PixelRect& rect = view.film->window().data;
         // A batch shows when it is whole: the first ones of a viewer are small.
         constexpr int kFirstBatch = 1024;
         const int capacity = workers.front().tracer->capacity();
         const int batch =
             job.interactive && first == 0 ? std::min(kFirstBatch, capacity) : capacity;
-        const int side = job.options.tileSize > 0
-                             ? job.options.tileSize
-                             : fittedTile(rect, samples, batch, pool->threadCount());
+        // Tiles of as many pixels of the grid as they would have of a whole image of that size.
+        const PixelRect pixels{0, 0, (rect.width + grid.stride - 1) / grid.stride,
+                               (rect.height + grid.stride - 1) / grid.stride};
+        const int side =
+            grid.stride * (job.options.tileSize > 0
+                               ? job.options.tileSize
+                               : fittedTile(pixels, samples, batch, pool->threadCount()));
         const std::vector<TileGroup> groups =
             refines() && !refinement->allActive()
                 ? groupTiles(refinement->activeBlocks(), samples, batch, pool->threadCount())
                 : singleTiles(rect, side);
-        // The first pass is finished whatever it takes: no pixel is without samples.
-        mayCut = job.options.timeLimit > 0.0 && first > 0;
         pool->run(0, static_cast<std::int64_t>(groups.size()), 1, &stopping,
                   [&](std::int64_t index, int thread) {
                       if (waitWhilePaused()) {
-                          renderTiles(view, groups[static_cast<std::size_t>(index)], first, samples,
-                                      workers[static_cast<std::size_t>(thread)]);
+                          renderTiles(view, groups[static_cast<std::size_t>(index)], grid, first,
+                                      samples, workers[static_cast<std::size_t>(thread)]);
                           reportProgress();
                       }
                   });
     }
 
-    void renderTiles(const RenderView& view, const TileGroup& tiles, int first, int samples,
-                     Worker& worker) {
+    void renderTiles(const RenderView& view, const TileGroup& tiles, const PixelGrid& grid,
+                     int first, int samples, Worker& worker) {
+        const PixelRect& data = view.film->window().data;
         const auto capacity = static_cast<std::size_t>(worker.tracer->capacity());
         const bool alternates = refines();
         worker.batch.clear();
         for (const PixelRect& tile : tiles) {
             for (int y = tile.y; y < tile.y + tile.height; ++y) {
                 for (int x = tile.x; x < tile.x + tile.width; ++x) {
+                    if (!grid.has(x - data.x, y - data.y)) {
+                        continue;
+                    }
                     for (int s = first; s < first + samples; ++s) {
                         const auto sample = static_cast<std::uint32_t>(s);
                         worker.batch.push_back(

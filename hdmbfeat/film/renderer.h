@@ -34,7 +34,8 @@ struct RenderJob {
     /// What this job, rather than the scene, has to complain of; null: made by start(). A section
     /// of the scene's, so that it stands until the next job replaces this one.
     std::shared_ptr<Diagnostics> messages;
-    /// First passes at few samples, for a viewer; else large passes.
+    /// First passes at few samples, the first one at rising resolution (film/risingPass.h), for a
+    /// viewer; else large passes.
     bool interactive = false;
     /// Called on the render thread after the last sample (also of an interrupted job whose host
     /// asked to stop, with report.interrupted) and before isConverged() turns true. Adds what it

@@ -90,6 +90,19 @@ def _add_bench(commands: Any) -> None:
         metavar="NAMES",
         help="compare with these (default: mitsuba,cycles)",
     )
+    command.add_argument(
+        "--growth",
+        action="store_true",
+        help="instead, measure how time and memory grow with triangles, instances, lights, "
+        "texture bytes, pixels, samples and AOVs, and how soon a viewer shows an image",
+    )
+    command.add_argument("--axes", metavar="NAMES", help="with --growth: a,b (default: all)")
+    command.add_argument(
+        "--page",
+        type=Path,
+        metavar="FILE.json",
+        help="with --growth: measure nothing, write the page of the documentation from that",
+    )
     command.add_argument("--json", type=Path, metavar="FILE", help="write all numbers there")
     command.add_argument("--scenes", metavar="NAMES", help="a,b (default: all six)")
     command.add_argument("--quick", action="store_true", help="small and rough, in some minutes")
@@ -314,6 +327,13 @@ def _run_bench(options: argparse.Namespace) -> int:
             "not installed; run ./run mbfeat bench in a checkout"
         )
     sys.path.insert(0, str(folder))
+    if options.growth:
+        from growth.command import run as run_growth
+
+        return run_growth(options)
+    if options.page or options.axes:
+        sys.stderr.write("mbfeat: bench: --page and --axes need --growth\n")
+        return 2
     from peers.command import run
 
     return run(options)

@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include "film/host.h"
+#include "film/risingPass.h"
 #include "testScenes.h"
 
 using namespace mbfeat;
@@ -210,4 +211,57 @@ TEST_CASE("the state of a job tells whether it ran to its end") {
     renderer.wait();
     CHECK(next->isConverged());
     CHECK_FALSE(state->isConverged());
+}
+
+TEST_CASE("a viewer's first pass has the whole image at reduced resolution first") {
+    constexpr int kWidth = 2001, kHeight = 999; // no multiples of the coarsest stride
+    Stage stage;
+    Renderer renderer(stage.scene);
+    FilmRequest request;
+    request.window.width = kWidth + 7;
+    request.window.height = kHeight + 5;
+    request.window.data = {3, 5, kWidth, kHeight};
+    RenderJob job = endlessJob();
+    job.views.front().film = std::make_shared<Film>(request);
+    job.interactive = true;
+    const Film& film = *job.views.front().film;
+    renderer.start(job);
+    constexpr std::uint64_t kCoarse = std::uint64_t{(kWidth + 7) / 8} * ((kHeight + 7) / 8);
+    while (renderer.progress().samples < kCoarse) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    renderer.stop();
+    const std::vector<std::uint8_t> sampled = sampledPixels(film);
+    int missing = 0;
+    for (int y = 0; y < kHeight; y += 8) {
+        for (int x = 0; x < kWidth; x += 8) {
+            missing += sampled[static_cast<std::size_t>(y * kWidth + x)] == 0 ? 1 : 0;
+        }
+    }
+    CHECK(missing == 0);
+}
+
+TEST_CASE("what a viewer gets is the image that others get, bit for bit") {
+    Stage stage;
+    Renderer renderer(stage.scene);
+    std::vector<std::vector<float>> images;
+    for (const bool interactive : {false, true}) {
+        FilmRequest request;
+        request.window.width = 53;
+        request.window.height = 37;
+        request.window.data = {2, 1, 50, 33};
+        RenderJob job = endlessJob();
+        job.views.front().film = std::make_shared<Film>(request);
+        job.options.samplesPerPixel = 5;
+        job.interactive = interactive;
+        const std::shared_ptr<Film> film = job.views.front().film;
+        renderer.start(job);
+        renderer.wait();
+        for (const std::uint8_t there : sampledPixels(*film)) {
+            REQUIRE(there == 1);
+        }
+        images.emplace_back(std::size_t{50} * 33 * 4);
+        film->resolve(0, images.back().data());
+    }
+    CHECK(images[0] == images[1]);
 }

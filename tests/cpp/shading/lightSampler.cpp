@@ -1,4 +1,5 @@
 #include "shading/lightSampler.h"
+#include "shading/preparedLight.h"
 
 #include <limits>
 
@@ -217,6 +218,18 @@ TEST_CASE("sphere lights give their analytic irradiance, near, far and scaled") 
     light.toWorld = scaled(2.0, 0.8, 1.5);
     light.toWorld.t = {0.0, 0.0, 2.0};
     checkIrradiance(committed(light), 2.0 * ellipsoidIrradiance(1.0, 0.4, 0.75, 2.0));
+}
+
+TEST_CASE("a sphere that is almost one has almost its area") {
+    // Two ways to the area: in closed form, and by quadrature where it is no sphere any more.
+    const auto powerOf = [](const AffineD& toWorld) {
+        Light light = lightAbove(LightType::kSphere, 2.0);
+        light.toWorld = toWorld;
+        return committed(light).prepared(0).power;
+    };
+    const double exact = powerOf(scaled(1.0, 1.0, 1.0));
+    CHECK(powerOf(scaled(1.0 + 1e-7, 1.0, 1.0)) == doctest::Approx(exact).epsilon(1e-6));
+    CHECK(powerOf(scaled(-3.0, 3.0, 3.0)) == doctest::Approx(9.0 * exact).epsilon(1e-6));
 }
 
 TEST_CASE("normalize divides by the surface area of a scaled sphere") {
