@@ -95,6 +95,10 @@ void Film::Impl::resolveAll(int aovIndex, T* out) const {
     const int width = aovs[static_cast<std::size_t>(aovIndex)].width();
     T* to = out;
     for (std::size_t pixel = 0; pixel < pixelCount(); ++pixel, to += width) {
+        if (counts->data()[pixel].load() == 0) { // a viewer's first images have many such pixels
+            resolvePixel(aovIndex, {0, nullptr, nullptr}, to);
+            continue;
+        }
         const HeldPixel held(counts->data()[pixel]);
         resolvePixel(aovIndex, {held.count(), sumsOf(pixel), wordsOf(pixel)}, to);
     }
