@@ -15,8 +15,11 @@ import tradeoff_kit as kit
 from mbfeat.metrics import NAMES, all_metrics
 from mbfeat.metrics.bias import squared_bias
 from mbfeat.tradeoff import analysis, crops, limits, page, variants
-from mbfeat.tradeoff.measure import split_recording
+from mbfeat.tradeoff.command import PROBE_SEED
+from mbfeat.tradeoff.measure import MOST_SEEDS, split_recording, tasks
+from mbfeat.tradeoff.reference import FIRST_SEED
 from mbfeat.tradeoff.renders import PHASES, RenderError, phases
+from mbfeat.tradeoff.request import MOST_SPP
 from mbfeat.tradeoff.variants import OWN, RAW, VariantError
 
 
@@ -28,6 +31,13 @@ def test_every_variant_is_measured_at_every_rung_with_every_seed(tmp_path: Path)
         assert sum(point["seconds"].values()) == pytest.approx(point["total_seconds"])
     seeds = {(p["samples_per_pixel"], p["seed"]) for p in measured.points}
     assert len(seeds) == len(kit.RUNGS) * 3  # no two rungs share noise, all variants do
+
+
+def test_no_measured_image_shares_the_seed_of_another_rung_or_of_the_reference() -> None:
+    work = tasks([variants.raw()], (1, 2, 3, 10_000, MOST_SPP), MOST_SEEDS)
+    seeds = [task.random_seed for task in work]
+    assert len(set(seeds)) == len(seeds)
+    assert max(seeds) < PROBE_SEED < FIRST_SEED
 
 
 def test_finished_renders_are_not_made_again(tmp_path: Path) -> None:
@@ -152,6 +162,21 @@ def test_recording_that_the_renderer_tells_counts_at_least() -> None:
         split_recording([raw, point])
         assert seconds["recording"] == pytest.approx(expected)
         assert sum(seconds.values()) == pytest.approx(sampling + told)
+
+
+def test_the_seconds_of_a_rung_add_up_to_its_median() -> None:
+    def point(load: float, sampling: float) -> dict[str, Any]:
+        return {
+            "total_seconds": load + sampling,
+            "seconds": {"load": load, "sampling": sampling},
+        }
+
+    # Medians of the phases would be 1 and 2, which make no total that was measured.
+    odd = [point(1.0, 5.0), point(3.0, 1.0), point(1.0, 2.0)]
+    seconds = analysis.middle_seconds(odd)
+    assert (seconds["load"], seconds["sampling"]) == (3.0, 1.0)
+    even = analysis.middle_seconds([*odd, point(2.0, 3.0)])
+    assert (even["load"], even["sampling"]) == (2.5, 2.0)
 
 
 # ---- variants
@@ -323,6 +348,7 @@ def result(tmp_path: Path) -> tuple[dict[str, Any], list[crops.Crop]]:
         "machine": {"cpu": "a processor", "load_average": [5.0, 6.0]},
         "metric": "relMSE",
         "epsilons": {"relMSE": 1e-4},
+        "missing": ["lost/wood.png"],
         "reference": {"text": "Reference: truth.exr, given.", "noise": None},
         "references": {"cycles": {"text": "Reference: 64 samples a pixel."}},
         "variants": {"paths": {"title": "a model of six vertices"}},
@@ -351,6 +377,7 @@ def test_html_holds_everything_and_needs_no_other_file(tmp_path: Path) -> None:
     assert made["answers"][0]["text"] in text
     assert "busy with other work" in text
     assert "it is not installed" in text
+    assert "not found: lost/wood.png" in text
     assert "cycles: Reference: 64 samples a pixel." in text
     assert "a model of six vertices" in text
     for row in made["rungs"]:

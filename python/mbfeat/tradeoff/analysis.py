@@ -61,10 +61,7 @@ def _rung(
         "samples_per_pixel": spp,
         "seeds": len(points),
         "total_seconds": spread(point["total_seconds"] for point in points),
-        "seconds": {
-            phase: statistics.median(point["seconds"].get(phase, 0.0) for point in points)
-            for phase in PHASES
-        },
+        "seconds": middle_seconds(points),
         "errors": errors,
         "bias": spread(point["bias"] for point in points),
         "squared_bias": squared_bias(
@@ -73,6 +70,19 @@ def _rung(
         "near_floor": {
             name: errors[name]["median"] < NEAR_FLOOR * own for name, own in floor.items()
         },
+    }
+
+
+def middle_seconds(points: Sequence[Point]) -> dict[str, float]:
+    """Where the seconds went in the render of the median total, so that they add up to it.
+
+    Of an even number of renders it is the mean of the two in the middle.
+    """
+    ordered = sorted(points, key=lambda point: float(point["total_seconds"]))
+    middle = ordered[(len(ordered) - 1) // 2 : len(ordered) // 2 + 1]
+    return {
+        phase: statistics.fmean(point["seconds"].get(phase, 0.0) for point in middle)
+        for phase in PHASES
     }
 
 

@@ -235,7 +235,7 @@ def _breakdown(axes: Axes, rows: Sequence[Rung]) -> None:
     axes.invert_yaxis()
     axes.set_xlim(0, 109)
     axes.set_xticks([0, 25, 50, 75, 100])
-    axes.set_xlabel("% of the seconds (medians); samples a pixel beside the names")
+    axes.set_xlabel("% of the seconds of the render in the middle of the seeds; samples a pixel beside the names")
     axes.legend(fontsize=7, ncols=8, loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
     axes.set_title("Where every second goes", loc="left")
     for side in ("top", "right"):

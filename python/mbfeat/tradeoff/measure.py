@@ -15,6 +15,7 @@ from mbfeat.tradeoff.variants import RAW, Variant
 from mbfeat.tradeoff.wording import duration, samples
 
 Point = dict[str, Any]
+MOST_SEEDS = 99  # so that no two rungs share one
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class Task:
 
         Different from rung to rung: the samples of a short render begin a longer one of its seed.
         """
-        return self.seed + 100 * self.spp
+        return self.seed + (MOST_SEEDS + 1) * self.spp
 
     @property
     def label(self) -> str:

@@ -105,7 +105,7 @@ def _section(made: Mapping[str, Any]) -> list[str]:
         lines += ["", *_limits(made)]
     lines += ["", "Medians; on the front, no other has less error in less time.", ""]
     lines += _table(made)
-    lines += ["", "Seconds, medians:", "", *_seconds(made)]
+    lines += ["", "Seconds, of the render whose total is the median of the seeds:", "", *_seconds(made)]
     for name, reason in made["left_out"].items():
         lines += ["", textwrap.fill(f"Left out: {name}: {reason}", WIDTH)]
     return lines
