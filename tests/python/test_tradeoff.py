@@ -17,7 +17,7 @@ from mbfeat.metrics.bias import squared_bias
 from mbfeat.tradeoff import analysis, crops, limits, page, variants
 from mbfeat.tradeoff.command import PROBE_SEED
 from mbfeat.tradeoff.measure import MOST_SEEDS, split_recording, tasks
-from mbfeat.tradeoff.reference import FIRST_SEED
+from mbfeat.tradeoff.reference import FIRST_SEED, SEEDS
 from mbfeat.tradeoff.renders import PHASES, RenderError, phases
 from mbfeat.tradeoff.request import MOST_SPP
 from mbfeat.tradeoff.variants import OWN, RAW, VariantError
@@ -34,10 +34,11 @@ def test_every_variant_is_measured_at_every_rung_with_every_seed(tmp_path: Path)
 
 
 def test_no_measured_image_shares_the_seed_of_another_rung_or_of_the_reference() -> None:
-    work = tasks([variants.raw()], (1, 2, 3, 10_000, MOST_SPP), MOST_SEEDS)
+    work = tasks([variants.raw()], (1, 2, 3, 9_000, 9_999, 10_000, 19_999, 20_000, MOST_SPP), MOST_SEEDS)
     seeds = [task.random_seed for task in work]
     assert len(set(seeds)) == len(seeds)
-    assert max(seeds) < PROBE_SEED < FIRST_SEED
+    assert not any(FIRST_SEED <= seed < FIRST_SEED + SEEDS for seed in seeds)
+    assert PROBE_SEED not in seeds
 
 
 def test_finished_renders_are_not_made_again(tmp_path: Path) -> None:
@@ -304,6 +305,32 @@ def test_time_to_an_error_is_that_of_the_fastest_variant(tmp_path: Path) -> None
     assert all(row["error"] <= kit.NOISE / 32 for row in answer["variants"])
     fastest = min(answer["variants"], key=lambda row: row["seconds"])
     assert answer["best"] == fastest
+
+
+def test_no_answer_is_worse_than_a_measured_rung_on_a_busy_machine() -> None:
+    """Seconds that fall with samples are noise: they must not hide the rung that took fewer."""
+    measured = {"slow first": [(1, 5.5, 0.07), (4, 4.2, 0.03)], RAW: [(1, 4.1, 0.9), (64, 6.3, 0.2)]}
+    rows = [
+        {
+            "variant": name,
+            "renderer": OWN,
+            "samples_per_pixel": spp,
+            "total_seconds": {"median": seconds},
+            "seconds": {"sampling": 0.1, "recording": 0.0},
+            "errors": {"relMSE": {"median": error}},
+        }
+        for name, rungs in measured.items()
+        for spp, seconds, error in rungs
+    ]
+    found = analysis.curves(rows, "relMSE", OWN)
+    best = analysis.answer_seconds(found, 5.0, "relMSE", 1e-6)["best"]
+    assert (best["variant"], best["spp"], best["error"]) == ("slow first", 4, 0.03)
+    assert (best["seconds"], best["basis"]) == (4.2, "measured")
+    best = analysis.answer_error(found, 0.08, "relMSE", 1e-6)["best"]
+    assert best["seconds"] <= 4.2
+    # What one sample took was not measured as 4.2 s.
+    only_first = found[0].at_samples(1)
+    assert (only_first.seconds, only_first.basis) == (4.2, "interpolated")
 
 
 def test_nothing_is_claimed_of_a_reconstruction_beyond_what_was_measured(tmp_path: Path) -> None:

@@ -136,9 +136,12 @@ class Curve:
         self.errors = [max(float(row["errors"][metric]["median"]), 1e-30) for row in ordered]
         last = ordered[-1]["seconds"]
         self._each = (last["sampling"] + last["recording"]) / self.spp[-1]
-        # Time never falls with samples; where it was measured so, that is the machine's noise.
-        for i in range(1, len(self.seconds)):
-            self.seconds[i] = max(self.seconds[i], self.seconds[i - 1])
+        # Time never falls with samples; where it was measured so, that is the machine's noise, and
+        # fewer samples would have been had in the time of the more. So no answer is worse than a
+        # rung that was measured.
+        self._measured = list(self.seconds)
+        for i in reversed(range(len(self.seconds) - 1)):
+            self.seconds[i] = min(self.seconds[i], self.seconds[i + 1])
         self._exponent = 1.0 if metric in ("relMSE", "tonemappedRelMSE", "MSE") else 0.5
         self._extends = self.variant == RAW and len(self.spp) > 1
 
@@ -147,7 +150,7 @@ class Curve:
         whole = max(int(spp), 1)
         if whole in self.spp:
             i = self.spp.index(whole)
-            return Estimate(self.variant, whole, self.seconds[i], self.errors[i], "measured")
+            return self._rung(i)
         if whole > self.spp[-1]:
             seconds = self.seconds[-1] + (whole - self.spp[-1]) * self._each
             error = self.errors[-1] * (self.spp[-1] / whole) ** self._exponent
@@ -155,7 +158,7 @@ class Curve:
         high = next(i for i, rung in enumerate(self.spp) if rung > whole)
         low = max(high - 1, 0)
         if low == high:  # below the first rung nothing is known
-            return Estimate(self.variant, self.spp[0], self.seconds[0], self.errors[0], "measured")
+            return self._rung(0)
         a, b = self.spp[low], self.spp[high]
         seconds = self.seconds[low] + (whole - a) / (b - a) * (
             self.seconds[high] - self.seconds[low]
@@ -164,6 +167,10 @@ class Curve:
         logs = [math.log(self.errors[i]) for i in (low, high)]
         error = math.exp(logs[0] + along * (logs[1] - logs[0]))
         return Estimate(self.variant, whole, seconds, error, "interpolated")
+
+    def _rung(self, i: int) -> Estimate:
+        basis = "measured" if self.seconds[i] == self._measured[i] else "interpolated"
+        return Estimate(self.variant, self.spp[i], self.seconds[i], self.errors[i], basis)
 
     @property
     def most(self) -> int:
@@ -223,8 +230,8 @@ def answer_seconds(
         )
         return answer
     answer["text"] = (
-        f"With {number(seconds)} s the best is {best.variant} at {samples(best.spp)}: {metric} "
-        f"{number(best.error)} in {number(best.seconds)} s ({best.basis})."
+        f"With {number(seconds)} s the least {metric} is {number(best.error)}, by {best.variant} at "
+        f"{samples(best.spp)} in {number(best.seconds)} s ({best.basis})."
         + _rivals(best, estimates, metric)
         + _caution(best.error, floor)
     )

@@ -18,7 +18,7 @@ from mbfeat.tradeoff.variants import OWN, Variant, VariantError
 from mbfeat.tradeoff.wording import duration, not_found
 
 PROBE_SPP = 16
-PROBE_SEED = 900_000_000
+PROBE_SEED = 900_000
 
 
 def run(options: argparse.Namespace) -> int:

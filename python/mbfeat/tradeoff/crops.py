@@ -96,7 +96,8 @@ def crops(
     own = references[OWN].image
     raw = next(row for row in chosen if row["variant"] == RAW)
     window = hardest(measured.images[RAW, raw["samples_per_pixel"]][0], own)
-    shown = [Crop("reference", "", displayed(window.of(own)))]
+    beside = f"the others: what {number(seconds)} s\nbuy at most, first seed"
+    shown = [Crop("reference", beside, displayed(window.of(own)))]
     for row in chosen:
         image = measured.images[row["variant"], row["samples_per_pixel"]][0]
         note = (

@@ -33,6 +33,7 @@ class StageFacts:
     height: int
     aspect: float  # width by height of what the camera sees
     files: list[tuple[str, int, int]]  # layers, images and the like, with their sizes and times
+    authored: list[str] = field(default_factory=list)  # mbfeat:* of the settings
     missing: list[str] = field(default_factory=list)  # files that the stage names and that are not there
 
 
@@ -92,8 +93,15 @@ def look(file: str, wanted: str) -> StageFacts:
         height=int(size[1]),
         aspect=float(seen.aspectRatio) or 1.0,
         files=sorted((str(p), p.stat().st_size, p.stat().st_mtime_ns) for p in files),
+        authored=_authored(settings.GetPrim()) if settings else [],
         missing=missing,
     )
+
+
+def _authored(prim: Any) -> list[str]:
+    """The renderer's settings that the prim says something of."""
+    found = [attribute for attribute in prim.GetAttributes() if attribute.HasAuthoredValue()]
+    return [a.GetName() for a in found if a.GetName().startswith("mbfeat:")]
 
 
 def _files(stage: Any) -> tuple[set[Path], list[str]]:

@@ -128,9 +128,11 @@ def _usdrecord(
     best: Mapping[str, Any],
 ) -> str:
     """The render of an answer; a filter's comes after it."""
-    every = dict(subject.settings)
-    if not subject.facts.settings:  # then there is nothing to override
-        every = {name: value for name, value in every.items() if FIXED.get(name) != value}
+    every = {
+        name: value
+        for name, value in subject.settings
+        if FIXED.get(name) != value or name in subject.facts.authored
+    }
     every |= variant.settings
     every["mbfeat:samplesPerPixel"] = str(best["spp"])
     pairs = [part for name, value in every.items() for part in ("--set", f"{name}={value}")]

@@ -13,9 +13,14 @@ def number(value: float) -> str:
     return f"{value:.0f}" if 1000 <= abs(value) < 1e6 else f"{value:.3g}"
 
 
+def counted(count: int, what: str) -> str:
+    """A number of things, as in "2 threads"."""
+    return f"{count} {what}{'' if count == 1 else 's'}"
+
+
 def samples(spp: int) -> str:
     """A number of samples in words."""
-    return f"{spp} sample{'' if spp == 1 else 's'} a pixel"
+    return f"{counted(spp, 'sample')} a pixel"
 
 
 def duration(seconds: float) -> str:
