@@ -152,7 +152,10 @@ def test_a_stage_without_a_camera_is_seen_as_a_whole(
         assert cli.main(["effects", str(stage), "--width", "32", "--json"]) == 0
         result = json.loads(capsys.readouterr().out)
         assert result["camera"] == "/MBFeatEffects/Camera"
-        assert "metal" in [effect["name"] for effect in result["effects"]]
+        effects = {effect["name"]: effect["prims"] for effect in result["effects"]}
+        assert effects["metal"] == ["/Metal"]
+        (light,) = effects["environment"]
+        assert "light at the camera" in light
         with Rendering(stage, width=32) as rendering:
             report = rendering.render(Variant("auto", ("color",)), samplesPerPixel="4")
         # Paths that meet the metal sphere go on: it is in view.

@@ -17,6 +17,7 @@ from mbfeat.effects.rendering import EffectsError, Rendering
 from mbfeat.machine import cpu_name, usable_cores
 
 USAGE = 2
+CAMERA_LIGHT = "the light at the camera, since the stage has none that lights"
 Result = dict[str, Any]
 
 
@@ -107,7 +108,7 @@ def found(report: Mapping[str, Any]) -> Result:
                 "name": name,
                 "meaning": docs[name].doc,
                 "count": effects["askedBy"][name]["count"],
-                "prims": effects["askedBy"][name]["first"],
+                "prims": [askers_name(path) for path in effects["askedBy"][name]["first"]],
             }
             for name in effects["present"]
         ],
@@ -116,6 +117,11 @@ def found(report: Mapping[str, Any]) -> Result:
         "scene": report["scene"],
         "memory": report["memory"],
     }
+
+
+def askers_name(path: str) -> str:
+    """What asks for an effect, as users know it: Hydra's own light has a path that they do not."""
+    return CAMERA_LIGHT if path.startswith("/_UsdImaging_") else path
 
 
 def table(result: Mapping[str, Any]) -> list[str]:

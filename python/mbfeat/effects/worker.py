@@ -139,14 +139,15 @@ def _serve(options: argparse.Namespace, folder: Path) -> None:
     from mbfeat.diagnostics import OpenUsdMessages
     from mbfeat.usdrecord import find_camera, find_settings, open_file
 
+    messages = OpenUsdMessages()
     stage = open_file(options.stage)
+    messages.flush()
     stage.SetEditTarget(stage.GetSessionLayer())
     path = find_settings(stage, None, options.settings or None)
     settings = UsdRender.Settings(stage.GetPrimAtPath(path)) if path else None
     camera = find_camera(stage, options.camera, path) or _other_camera(stage)
     scratch = Scratch(stage, settings, options.width, folder)
     scratch.settings.GetCameraRel().SetTargets([camera.GetPath()])
-    messages = OpenUsdMessages()
     _core.Host.print_messages("mbfeat")
     _core.Host.set_progress_style(_core.ProgressStyle.NONE)
     _core.Host.set_stage(options.stage)
