@@ -34,7 +34,8 @@ def test_every_variant_is_measured_at_every_rung_with_every_seed(tmp_path: Path)
 
 
 def test_no_measured_image_shares_the_seed_of_another_rung_or_of_the_reference() -> None:
-    work = tasks([variants.raw()], (1, 2, 3, 9_000, 9_999, 10_000, 19_999, 20_000, MOST_SPP), MOST_SEEDS)
+    rungs = (1, 2, 3, 9_000, 9_999, 10_000, 19_999, 20_000, MOST_SPP)
+    work = tasks([variants.raw()], rungs, MOST_SEEDS)
     seeds = [task.random_seed for task in work]
     assert len(set(seeds)) == len(seeds)
     assert not any(FIRST_SEED <= seed < FIRST_SEED + SEEDS for seed in seeds)
@@ -309,7 +310,10 @@ def test_time_to_an_error_is_that_of_the_fastest_variant(tmp_path: Path) -> None
 
 def test_no_answer_is_worse_than_a_measured_rung_on_a_busy_machine() -> None:
     """Seconds that fall with samples are noise: they must not hide the rung that took fewer."""
-    measured = {"slow first": [(1, 5.5, 0.07), (4, 4.2, 0.03)], RAW: [(1, 4.1, 0.9), (64, 6.3, 0.2)]}
+    measured = {
+        "slow first": [(1, 5.5, 0.07), (4, 4.2, 0.03)],
+        RAW: [(1, 4.1, 0.9), (64, 6.3, 0.2)],
+    }
     rows = [
         {
             "variant": name,
@@ -444,6 +448,15 @@ def test_crops_are_of_one_window_and_at_most_the_time(tmp_path: Path) -> None:
     assert {crop.pixels.shape for crop in shown} == {(window.height, window.width, 3)}
     _, chosen = crops.equal_time(rows)
     assert all(row["total_seconds"]["median"] <= seconds for row in chosen)
+
+
+def test_a_limit_is_shown_where_it_changes_the_image_even_if_that_is_a_few_pixels() -> None:
+    full = np.full((3, 60, 100), 0.5)
+    limited = full.copy()
+    limited[:, 50, 85] = 0.1
+    window = crops.most_changed(limited, full)
+    assert window.x <= 85 < window.x + window.width
+    assert window.y <= 50 < window.y + window.height
 
 
 def test_the_shown_window_is_a_hard_one() -> None:

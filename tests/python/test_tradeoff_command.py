@@ -183,7 +183,7 @@ def test_settings_of_the_stage_do_not_change_what_is_measured(tmp_path: Path) ->
         subject = request.subject(parser.parse_args(arguments), stage)
         images.append(StageRenderer(subject).render(variants.raw(), 4, 1).image)
     assert images[0].shape == (3, 16, 24)
-    np.testing.assert_array_equal(*images)
+    np.testing.assert_array_equal(images[0], images[1])
 
 
 def test_images_are_rendered_anew_when_a_texture_changes_and_missing_ones_are_named(

@@ -230,8 +230,8 @@ def answer_seconds(
         )
         return answer
     answer["text"] = (
-        f"With {number(seconds)} s the least {metric} is {number(best.error)}, by {best.variant} at "
-        f"{samples(best.spp)} in {number(best.seconds)} s ({best.basis})."
+        f"With {number(seconds)} s the least {metric} is {number(best.error)}, by {best.variant} "
+        f"at {samples(best.spp)} in {number(best.seconds)} s ({best.basis})."
         + _rivals(best, estimates, metric)
         + _caution(best.error, floor)
     )

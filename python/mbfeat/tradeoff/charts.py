@@ -142,7 +142,7 @@ def _errors(axes: Axes, result: Mapping[str, Any]) -> None:
     axes.legend(fontsize=8, loc="upper right", framealpha=0.9)
     axes.set_title(
         f"Error against time, {counted(result['seeds'], 'seed')}: median, least and most; samples "
-        " a pixel beside the marks",
+        "a pixel beside the marks",
         loc="left",
         fontsize=11,
     )
@@ -238,7 +238,9 @@ def _breakdown(axes: Axes, rows: Sequence[Rung]) -> None:
     axes.invert_yaxis()
     axes.set_xlim(0, 109)
     axes.set_xticks([0, 25, 50, 75, 100])
-    axes.set_xlabel("% of the seconds of the render in the middle of the seeds; samples a pixel beside the names")
+    axes.set_xlabel(
+        "% of the seconds of the render of the median total; samples a pixel beside the names"
+    )
     axes.legend(fontsize=7, ncols=8, loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
     axes.set_title("Where every second goes", loc="left")
     for side in ("top", "right"):

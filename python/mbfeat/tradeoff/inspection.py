@@ -34,7 +34,9 @@ class StageFacts:
     aspect: float  # width by height of what the camera sees
     files: list[tuple[str, int, int]]  # layers, images and the like, with their sizes and times
     authored: list[str] = field(default_factory=list)  # mbfeat:* of the settings
-    missing: list[str] = field(default_factory=list)  # files that the stage names and that are not there
+    missing: list[str] = field(
+        default_factory=list
+    )  # files that the stage names and that are not there
 
 
 def inspect(stage: Path, camera: str = "") -> StageFacts:

@@ -165,7 +165,6 @@ class StageRenderer:
             )
         return Shot(color, seconds), features
 
-
     def _pass_on(self, said: str) -> None:
         """Tells the messages that were not told before."""
         for line in said.splitlines():
