@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdio>
+#include <cstdlib>
 #include <limits>
 
 #include "film/json.h"
@@ -49,10 +51,21 @@ SamplingOutcome countSamples(const Film& film) {
     return outcome;
 }
 
+namespace {
+
+/// Three digits: an estimate has no more.
+std::string rounded(double number) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", number);
+    return toText(std::strtod(text, nullptr));
+}
+
+} // namespace
+
 std::string missedTargetText(const SamplingOutcome& outcome, double target, int mostSamples) {
     const std::string found =
-        outcome.error ? "the estimated error is " + toText(outcome.error->whole) +
-                            ", that of the 95th percentile " + toText(outcome.error->percentile95)
+        outcome.error ? "the estimated error is " + rounded(outcome.error->whole) +
+                            ", that of the 95th percentile " + rounded(outcome.error->percentile95)
                       : "the error of so few samples is not known";
     return "the target " + toText(target) + " was not reached: " + found +
            ". Raise mbfeat:samplesPerPixel, now " + std::to_string(mostSamples) +

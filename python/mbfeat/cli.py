@@ -216,7 +216,11 @@ def _add_effects(commands: Any) -> None:
         "--chart", type=Path, metavar="FILE", help="draw the costs into a .png or .svg"
     )
     command.add_argument("--settings", metavar="PRIMPATH", help="this RenderSettings prim's view")
-    command.add_argument("--camera", metavar="PRIM", help="through this camera")
+    command.add_argument(
+        "--camera",
+        metavar="PRIM",
+        help="through this camera (default: the stage's own choice; without any, all is in view)",
+    )
     command.add_argument("--width", type=int, default=320, help="of the image (default: 320)")
     command.add_argument("--rounds", type=int, default=5, help="of the renders (default: 5)")
     command.add_argument(

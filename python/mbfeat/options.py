@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import argparse
 import difflib
+import re
 from typing import Any
 
 PURPOSES = ("default", "proxy", "render", "guide")
 
 # Far beyond any print; sizes past it overflow memory before the renderer can tell.
 MAX_IMAGE_WIDTH = 65536
+
+# What a renderer does with a wrong setting, and the command does not: it ends.
+IGNORED = re.compile(r' \(command line\); it is ignored(?: and "[^"]*" \([^)]*\) stays)?')
 
 # What the parsed arguments are called is UsdAppUtils' choice where it adds the options.
 
@@ -190,7 +194,7 @@ def check_overrides(texts: list[str]) -> tuple[list[tuple[str, str]], list[str]]
         try:
             settings.set(_core.SettingSource.COMMAND_LINE, name, value)
         except _core.Error as error:
-            problems.append(f"--set {error}")
+            problems.append(f"--set {IGNORED.sub('', str(error))}")
             continue
         if name == "mbfeat:viewAov" and not is_aov(value):
             problems.append(

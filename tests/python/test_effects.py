@@ -128,6 +128,50 @@ def test_misuse_is_a_usage_error(capsys: pytest.CaptureFixture[str], tmp_path: P
         Rendering(tmp_path / "missing.usda").__enter__()
 
 
+def test_what_cannot_be_measured_is_said_before_anything_is_rendered(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    for arguments, words in (
+        (["--width", "0"], "--width 0"),
+        (["--rounds", "0"], "--rounds 0"),
+        (["--threads", "-1"], "--threads -1"),
+        (["--threads", "100000"], "cores"),
+        (["--seconds", "nan"], "above zero"),
+        (["--measure", "--chart", str(tmp_path / "none" / "c.png")], "there is no folder"),
+    ):
+        assert cli.main(["effects", "a.usda", *arguments]) == 2
+        assert words in capsys.readouterr().err
+
+
+def test_a_stage_without_a_camera_is_seen_as_a_whole(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    stage = tmp_path / "far.usda"
+    for axis in "YZ":
+        stage.write_text(NO_CAMERA.replace("AXIS", axis), encoding="utf-8")
+        assert cli.main(["effects", str(stage), "--width", "32", "--json"]) == 0
+        result = json.loads(capsys.readouterr().out)
+        assert result["camera"] == "/MBFeatEffects/Camera"
+        effects = {effect["name"]: effect["prims"] for effect in result["effects"]}
+        assert effects["metal"] == ["/Metal"]
+        (light,) = effects["environment"]
+        assert "light at the camera" in light
+        with Rendering(stage, width=32) as rendering:
+            report = rendering.render(Variant("auto", ("color",)), samplesPerPixel="4")
+        # Paths that meet the metal sphere go on: it is in view.
+        assert report["trace"]["rays"] > 1.05 * report["trace"]["paths"]
+
+
+def test_a_stage_with_several_cameras_asks_which(
+    capfd: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    stage = tmp_path / "cameras.usda"
+    cameras = 'def Camera "Left"\n{\n}\ndef Camera "Right"\n{\n}\n'
+    stage.write_text(NO_CAMERA.replace("AXIS", "Y") + cameras, encoding="utf-8")
+    assert cli.main(["effects", str(stage), "--width", "32"]) == 1
+    assert "/Left, /Right" in capfd.readouterr().err
+
+
 def test_a_missing_stage_is_named(tmp_path: Path) -> None:
     command = [sys.executable, "-P", "-m", "mbfeat", "effects", str(tmp_path / "missing.usda")]
     command[3:4] = ["mbfeat.cli"]
@@ -167,3 +211,25 @@ def test_records_have_room_for_what_is_recorded(interior: Rendering) -> None:
     assert everything == 11 * least
     assert least < bytes_each("mbfeat:albedo:0") < bytes_each("mbfeat:contribution:1")
     assert bytes_each("mbfeat:contribution:1") < bytes_each("primId") < everything
+
+
+NO_CAMERA = """#usda 1.0
+(upAxis = "AXIS")
+def Sphere "Ball" (prepend apiSchemas = ["MaterialBindingAPI"])
+{
+    double radius = 50
+    double3 xformOp:translate = (1000, -300, 20)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    rel material:binding = </Metal>
+}
+def Material "Metal"
+{
+    token outputs:surface.connect = </Metal/Surface.outputs:surface>
+    def Shader "Surface"
+    {
+        uniform token info:id = "UsdPreviewSurface"
+        float inputs:metallic = 1
+        token outputs:surface
+    }
+}
+"""

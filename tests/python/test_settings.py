@@ -59,3 +59,5 @@ def test_command_line_settings_are_checked_one_by_one() -> None:
     assert '"mbfeat:seed"' in problems[0]
     assert "an integer from 0 to 1024" in problems[1]
     assert "NAME=VALUE" in problems[2]
+    # The command ends: nothing is ignored, and no value stays.
+    assert not any("ignored" in problem or "stays" in problem for problem in problems)

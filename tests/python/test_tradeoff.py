@@ -15,8 +15,11 @@ import tradeoff_kit as kit
 from mbfeat.metrics import NAMES, all_metrics
 from mbfeat.metrics.bias import squared_bias
 from mbfeat.tradeoff import analysis, crops, limits, page, variants
-from mbfeat.tradeoff.measure import split_recording
+from mbfeat.tradeoff.command import PROBE_SEED
+from mbfeat.tradeoff.measure import MOST_SEEDS, split_recording, tasks
+from mbfeat.tradeoff.reference import FIRST_SEED, SEEDS
 from mbfeat.tradeoff.renders import PHASES, RenderError, phases
+from mbfeat.tradeoff.request import MOST_SPP
 from mbfeat.tradeoff.variants import OWN, RAW, VariantError
 
 
@@ -28,6 +31,15 @@ def test_every_variant_is_measured_at_every_rung_with_every_seed(tmp_path: Path)
         assert sum(point["seconds"].values()) == pytest.approx(point["total_seconds"])
     seeds = {(p["samples_per_pixel"], p["seed"]) for p in measured.points}
     assert len(seeds) == len(kit.RUNGS) * 3  # no two rungs share noise, all variants do
+
+
+def test_no_measured_image_shares_the_seed_of_another_rung_or_of_the_reference() -> None:
+    rungs = (1, 2, 3, 9_000, 9_999, 10_000, 19_999, 20_000, MOST_SPP)
+    work = tasks([variants.raw()], rungs, MOST_SEEDS)
+    seeds = [task.random_seed for task in work]
+    assert len(set(seeds)) == len(seeds)
+    assert not any(FIRST_SEED <= seed < FIRST_SEED + SEEDS for seed in seeds)
+    assert PROBE_SEED not in seeds
 
 
 def test_finished_renders_are_not_made_again(tmp_path: Path) -> None:
@@ -152,6 +164,21 @@ def test_recording_that_the_renderer_tells_counts_at_least() -> None:
         split_recording([raw, point])
         assert seconds["recording"] == pytest.approx(expected)
         assert sum(seconds.values()) == pytest.approx(sampling + told)
+
+
+def test_the_seconds_of_a_rung_add_up_to_its_median() -> None:
+    def point(load: float, sampling: float) -> dict[str, Any]:
+        return {
+            "total_seconds": load + sampling,
+            "seconds": {"load": load, "sampling": sampling},
+        }
+
+    # Medians of the phases would be 1 and 2, which make no total that was measured.
+    odd = [point(1.0, 5.0), point(3.0, 1.0), point(1.0, 2.0)]
+    seconds = analysis.middle_seconds(odd)
+    assert (seconds["load"], seconds["sampling"]) == (3.0, 1.0)
+    even = analysis.middle_seconds([*odd, point(2.0, 3.0)])
+    assert (even["load"], even["sampling"]) == (2.5, 2.0)
 
 
 # ---- variants
@@ -281,6 +308,35 @@ def test_time_to_an_error_is_that_of_the_fastest_variant(tmp_path: Path) -> None
     assert answer["best"] == fastest
 
 
+def test_no_answer_is_worse_than_a_measured_rung_on_a_busy_machine() -> None:
+    """Seconds that fall with samples are noise: they must not hide the rung that took fewer."""
+    measured = {
+        "slow first": [(1, 5.5, 0.07), (4, 4.2, 0.03)],
+        RAW: [(1, 4.1, 0.9), (64, 6.3, 0.2)],
+    }
+    rows = [
+        {
+            "variant": name,
+            "renderer": OWN,
+            "samples_per_pixel": spp,
+            "total_seconds": {"median": seconds},
+            "seconds": {"sampling": 0.1, "recording": 0.0},
+            "errors": {"relMSE": {"median": error}},
+        }
+        for name, rungs in measured.items()
+        for spp, seconds, error in rungs
+    ]
+    found = analysis.curves(rows, "relMSE", OWN)
+    best = analysis.answer_seconds(found, 5.0, "relMSE", 1e-6)["best"]
+    assert (best["variant"], best["spp"], best["error"]) == ("slow first", 4, 0.03)
+    assert (best["seconds"], best["basis"]) == (4.2, "measured")
+    best = analysis.answer_error(found, 0.08, "relMSE", 1e-6)["best"]
+    assert best["seconds"] <= 4.2
+    # What one sample took was not measured as 4.2 s.
+    only_first = found[0].at_samples(1)
+    assert (only_first.seconds, only_first.basis) == (4.2, "interpolated")
+
+
 def test_nothing_is_claimed_of_a_reconstruction_beyond_what_was_measured(tmp_path: Path) -> None:
     found = known_curves(tmp_path)
     answer = analysis.answer_seconds(found, 200.0, "relMSE", 1e-6)
@@ -323,6 +379,7 @@ def result(tmp_path: Path) -> tuple[dict[str, Any], list[crops.Crop]]:
         "machine": {"cpu": "a processor", "load_average": [5.0, 6.0]},
         "metric": "relMSE",
         "epsilons": {"relMSE": 1e-4},
+        "missing": ["lost/wood.png"],
         "reference": {"text": "Reference: truth.exr, given.", "noise": None},
         "references": {"cycles": {"text": "Reference: 64 samples a pixel."}},
         "variants": {"paths": {"title": "a model of six vertices"}},
@@ -351,6 +408,7 @@ def test_html_holds_everything_and_needs_no_other_file(tmp_path: Path) -> None:
     assert made["answers"][0]["text"] in text
     assert "busy with other work" in text
     assert "it is not installed" in text
+    assert "not found: lost/wood.png" in text
     assert "cycles: Reference: 64 samples a pixel." in text
     assert "a model of six vertices" in text
     for row in made["rungs"]:
@@ -390,6 +448,15 @@ def test_crops_are_of_one_window_and_at_most_the_time(tmp_path: Path) -> None:
     assert {crop.pixels.shape for crop in shown} == {(window.height, window.width, 3)}
     _, chosen = crops.equal_time(rows)
     assert all(row["total_seconds"]["median"] <= seconds for row in chosen)
+
+
+def test_a_limit_is_shown_where_it_changes_the_image_even_if_that_is_a_few_pixels() -> None:
+    full = np.full((3, 60, 100), 0.5)
+    limited = full.copy()
+    limited[:, 50, 85] = 0.1
+    window = crops.most_changed(limited, full)
+    assert window.x <= 85 < window.x + window.width
+    assert window.y <= 50 < window.y + window.height
 
 
 def test_the_shown_window_is_a_hard_one() -> None:

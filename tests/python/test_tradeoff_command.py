@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import importlib.util
 import json
 from collections.abc import Callable
@@ -16,8 +17,20 @@ import tradeoff_kit
 from mbfeat import cli
 from mbfeat.devtools.layout import this_layout
 from mbfeat.metrics import NAMES
-from mbfeat.tradeoff import command, filters, inspection, page, peers, renders, variants
+from mbfeat.tradeoff import (
+    command,
+    filters,
+    inspection,
+    options,
+    page,
+    peers,
+    renders,
+    request,
+    variants,
+)
+from mbfeat.tradeoff.kept import subject_key
 from mbfeat.tradeoff.renders import PHASES, StageRenderer, Subject, session_layer
+from mbfeat.tradeoff.wording import not_found
 from rendering import EVERY_AOV
 
 STAGES = Path(__file__).resolve().parents[3] / "shared" / "stages"
@@ -134,8 +147,19 @@ def test_what_is_asked_for_wrongly_is_said_before_anything_is_rendered(
         ([stage, "--spp", "many"], 2, "--spp many"),
         ([stage, "--metric", "beauty"], 2, "relMSE"),
         ([stage, "--seconds", "0"], 2, "above zero"),
+        ([stage, "--seconds", "nan"], 2, "above zero"),
+        ([stage, "--spp", "1,2000000"], 2, "at most 1048576"),
+        ([stage, "--seeds", "100"], 2, "from 1 to 99"),
+        ([stage, "--reference-spp", "1"], 2, "at least 2"),
+        ([stage, "--width", "-5"], 2, "at least one pixel"),
+        ([stage, "--threads", "-1"], 2, "--threads -1"),
+        ([stage, "--threads", "0"], 2, "--threads 0"),
         ([stage, "--set", "mbfeat:maxBounce=1"], 2, "mbfeat:maxBounces"),
+        ([stage, "--set", "mbfeat:samplesPerPixel=8"], 2, "--spp"),
+        ([stage, "--set", "mbfeat:targetError=0.1"], 2, "--error"),
         ([stage, "--variant", "few"], 2, "NAME:SETTING=VALUE"),
+        ([stage, "--variant", "few:mbfeat:maxBounce=1"], 2, "mbfeat:maxBounces"),
+        ([stage, "--variant", "few:mbfeat:seed=3"], 2, "--seeds"),
         ([stage, "--camera", "/Nowhere"], 1, "/World/Camera"),
         ([stage, "--reference", empty], 1, "could not be read as an EXR file"),
         ([empty], 1, "the stage has no camera"),
@@ -144,6 +168,40 @@ def test_what_is_asked_for_wrongly_is_said_before_anything_is_rendered(
         assert found == code, err
         assert words in err, err
         assert "Traceback" not in err
+
+
+def test_settings_of_the_stage_do_not_change_what_is_measured(tmp_path: Path) -> None:
+    """Its data window, denoiser, targets and AOV to look at are those of its own renders."""
+    plain, own = tmp_path / "plain.usda", tmp_path / "own.usda"
+    plain.write_text(PLAIN, encoding="utf-8")
+    own.write_text(PLAIN.replace("#usda 1.0", "#usda 1.0\n" + METADATA) + SETTINGS, "utf-8")
+    images = []
+    for stage in (plain, own):
+        parser = argparse.ArgumentParser()
+        options.add(parser.add_subparsers())
+        arguments = ["tradeoff", str(stage), "--width", "24", "--camera", "/Eye", "--threads", "1"]
+        subject = request.subject(parser.parse_args(arguments), stage)
+        images.append(StageRenderer(subject).render(variants.raw(), 4, 1).image)
+    assert images[0].shape == (3, 16, 24)
+    np.testing.assert_array_equal(images[0], images[1])
+
+
+def test_images_are_rendered_anew_when_a_texture_changes_and_missing_ones_are_named(
+    tmp_path: Path,
+) -> None:
+    stage = tmp_path / "textured.usda"
+    stage.write_text(PLAIN + TEXTURED, encoding="utf-8")
+    facts = inspection.inspect(stage, "/Eye")
+    assert facts.missing == [str(tmp_path / "wood.png")]
+    (sentence,) = not_found(facts.missing)
+    assert "wood.png" in sentence
+    keys = set()
+    for content in (b"", b"first", b"second one"):
+        (tmp_path / "wood.png").write_bytes(content)
+        facts = inspection.inspect(stage, "/Eye")
+        assert facts.missing == []
+        keys.add(subject_key(Subject(stage, facts, 24, 16, (), 1, (0,))))
+    assert len(keys) == 3
 
 
 def test_interrupted_runs_say_how_to_go_on(
@@ -318,6 +376,20 @@ def test_limits_are_measured_as_far_as_the_stage_calls_for_them(
         assert (tmp_path / "docs" / "images" / name).stat().st_size > 0
 
 
+def test_what_usdrecord_says_of_the_stage_is_passed_on_once(tmp_path: Path) -> None:
+    stage = tmp_path / "wrong.usda"
+    wrong = SETTINGS.replace("double mbfeat:targetError = 0.5", "int mbfeat:maxBounces = -4")
+    stage.write_text(PLAIN.replace("#usda 1.0", "#usda 1.0\n" + METADATA) + wrong, "utf-8")
+    facts = inspection.inspect(stage, "/Eye")
+    told: list[str] = []
+    renderer = StageRenderer(Subject(stage, facts, 24, 16, (), 1, (0,)), None, told.append)
+    renderer.render(variants.raw(), 1, 1)
+    renderer.render(variants.raw(), 1, 2)
+    (message,) = [line for line in told if "mbfeat:maxBounces" in line]
+    assert "/Render/Settings" in message
+    assert len(set(told)) == len(told)
+
+
 def test_a_failed_render_is_told_in_the_words_of_usdrecord(scenes: Path) -> None:
     stage = scenes / "interior.usda"
     subject = Subject(stage, inspection.inspect(stage), 16, 9, (), 1, (0,))
@@ -357,5 +429,28 @@ def DistantLight "Sun"
 }
 def DomeLight "Sky"
 {
+}
+"""
+METADATA = '(renderSettingsPrimPath = "/Render/Settings")'
+SETTINGS = """def Scope "Render"
+{
+    def RenderSettings "Settings"
+    {
+        rel camera = </Eye>
+        uniform int2 resolution = (48, 32)
+        uniform float4 dataWindowNDC = (0.25, 0.25, 0.75, 0.75)
+        custom bool mbfeat:denoise:enabled = true
+        custom double mbfeat:targetError = 0.5
+        custom string mbfeat:viewAov = "mbfeat:normal:0"
+    }
+}
+"""
+TEXTURED = """def Material "Wood"
+{
+    def Shader "Image"
+    {
+        uniform token info:id = "UsdUVTexture"
+        asset inputs:file = @./wood.png@
+    }
 }
 """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import sys
 from collections.abc import Mapping, Sequence
@@ -13,8 +14,10 @@ from typing import Any
 
 from mbfeat.effects.measure import Plan, measure
 from mbfeat.effects.rendering import EffectsError, Rendering
+from mbfeat.machine import cpu_name, usable_cores
 
 USAGE = 2
+CAMERA_LIGHT = "the light at the camera, since the stage has none that lights"
 Result = dict[str, Any]
 
 
@@ -26,10 +29,9 @@ def run(options: argparse.Namespace) -> int:
         return write_page([Path(file) for file in (options.stage, *options.more) if file])
     if not options.stage or options.more:
         return _fail("name one stage", USAGE)
-    if options.chart is not None and options.chart.suffix.lower() not in (".png", ".svg"):
-        return _fail(f"--chart {options.chart}: the name must end in .png or .svg", USAGE)
-    if options.chart is not None and not options.measure:
-        return _fail("--chart shows what was measured: give --measure too", USAGE)
+    problem = _wrong(options)
+    if problem:
+        return _fail(problem, USAGE)
     try:
         result = examine(options)
     except EffectsError as error:
@@ -44,10 +46,30 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
+def _wrong(options: argparse.Namespace) -> str:
+    """What is wrong with the options, before anything is rendered; else nothing."""
+    for name in ("width", "rounds", "threads"):
+        if getattr(options, name) < 1:
+            return f"--{name} {getattr(options, name)}: at least 1"
+    cores = len(usable_cores())
+    if options.threads > cores:
+        return f"--threads {options.threads}: there are {cores} cores"
+    if not (options.seconds > 0.0 and math.isfinite(options.seconds)):
+        return f"--seconds {options.seconds:g}: give a number above zero"
+    chart = options.chart
+    if chart is None:
+        return ""
+    if chart.suffix.lower() not in (".png", ".svg"):
+        return f"--chart {chart}: the name must end in .png or .svg"
+    if not chart.absolute().parent.is_dir():
+        return f"--chart {chart}: there is no folder {chart.parent}; make it first"
+    return "" if options.measure else "--chart shows what was measured: give --measure too"
+
+
 def examine(options: argparse.Namespace) -> Result:
     """Renders a little of the stage, measures if that was asked for; what was found."""
     plan = Plan(options.rounds, options.seconds, options.threads, options.clock)
-    cores = sorted(os.sched_getaffinity(0))[-plan.threads :] if options.measure else None
+    cores = usable_cores()[-plan.threads :] if options.measure else None
     with Rendering(
         options.stage,
         settings=options.settings or "",
@@ -60,7 +82,7 @@ def examine(options: argparse.Namespace) -> Result:
         result = {
             "stage": str(options.stage),
             "date": datetime.now(UTC).date().isoformat(),
-            "processor": processor(),
+            "processor": cpu_name(),
             "threads": plan.threads,
             "width": options.width,
             "camera": rendering.camera,
@@ -86,7 +108,7 @@ def found(report: Mapping[str, Any]) -> Result:
                 "name": name,
                 "meaning": docs[name].doc,
                 "count": effects["askedBy"][name]["count"],
-                "prims": effects["askedBy"][name]["first"],
+                "prims": [askers_name(path) for path in effects["askedBy"][name]["first"]],
             }
             for name in effects["present"]
         ],
@@ -95,6 +117,11 @@ def found(report: Mapping[str, Any]) -> Result:
         "scene": report["scene"],
         "memory": report["memory"],
     }
+
+
+def askers_name(path: str) -> str:
+    """What asks for an effect, as users know it: Hydra's own light has a path that they do not."""
+    return CAMERA_LIGHT if path.startswith("/_UsdImaging_") else path
 
 
 def table(result: Mapping[str, Any]) -> list[str]:
@@ -151,14 +178,6 @@ def aligned(rows: Sequence[tuple[str, ...]]) -> list[str]:
         "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
         for row in rows
     ]
-
-
-def processor() -> str:
-    """The processor as the system names it."""
-    for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
-        if line.startswith("model name"):
-            return line.split(":", 1)[1].strip()
-    return "unknown"
 
 
 def _fail(text: str, code: int = 1) -> int:

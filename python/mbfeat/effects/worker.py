@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+import math
 import os
 import sys
 import tempfile
@@ -19,6 +20,7 @@ from mbfeat.effects.rendering import ANSWER
 from mbfeat.runtime import RuntimeMissingError, use_runtime
 
 PRODUCT = "/MBFeatEffects/Product"
+CAMERA = "/MBFeatEffects/Camera"
 
 
 class StageProblemError(Exception):
@@ -64,6 +66,49 @@ class Scratch:
         self.product.CreateProductTypeAttr("deepRaster" if deep else "raster")
 
 
+def _other_camera(stage: Any) -> Any:
+    """Where nothing says through which camera: the only one, else one that sees all of the stage.
+
+    Which effects a stage calls for hardly depends on it; what they cost does. Raises
+    StageProblemError where the stage has several.
+    """
+    from pxr import UsdGeom
+
+    found = [UsdGeom.Camera(prim) for prim in stage.Traverse() if prim.IsA(UsdGeom.Camera)]
+    if len(found) > 1:
+        names = ", ".join(str(camera.GetPath()) for camera in found[:8])
+        raise StageProblemError(
+            f"{stage.GetRootLayer().realPath}: neither its render settings nor its primary camera "
+            f"say what to look through; name one with --camera: {names}"
+        )
+    return found[0] if found else _framing_camera(stage)
+
+
+def _framing_camera(stage: Any) -> Any:
+    """A camera in the session layer that has the bounds of the stage in view."""
+    from pxr import Gf, Usd, UsdGeom
+
+    purposes = [UsdGeom.Tokens.default_, UsdGeom.Tokens.render, UsdGeom.Tokens.proxy]
+    bounds = UsdGeom.BBoxCache(Usd.TimeCode.EarliestTime(), purposes)
+    box = bounds.ComputeWorldBound(stage.GetPseudoRoot()).ComputeAlignedRange()
+    radius = 0.0 if box.IsEmpty() else 0.5 * box.GetSize().GetLength()
+    centre = Gf.Vec3d(0.0) if box.IsEmpty() else box.GetMidpoint()
+    radius = radius if math.isfinite(radius) and radius > 0.0 else 1.0
+    camera = UsdGeom.Camera.Define(stage, CAMERA)
+    half = 0.5 * camera.GetVerticalApertureAttr().Get() / camera.GetFocalLengthAttr().Get()
+    distance = 1.1 * radius * math.hypot(1.0, half) / half
+    camera.GetClippingRangeAttr().Set(
+        Gf.Vec2f(max(distance - 1.1 * radius, 1e-3 * distance), distance + 1.1 * radius)
+    )
+    upright = UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.y
+    away = Gf.Vec3d(0.0, 0.0, 1.0) if upright else Gf.Vec3d(0.0, -1.0, 0.0)
+    place = UsdGeom.XformCommonAPI(camera)
+    place.SetTranslate(centre + away * distance)
+    place.SetRotate(Gf.Vec3f(0.0 if upright else 90.0, 0.0, 0.0))
+    sys.stderr.write(f"mbfeat: effects: the stage has no camera: {CAMERA} sees all of it\n")
+    return camera
+
+
 def _identifier(name: str) -> str:
     return "".join(c if c.isalnum() else "_" for c in name)
 
@@ -94,20 +139,15 @@ def _serve(options: argparse.Namespace, folder: Path) -> None:
     from mbfeat.diagnostics import OpenUsdMessages
     from mbfeat.usdrecord import find_camera, find_settings, open_file
 
+    messages = OpenUsdMessages()
     stage = open_file(options.stage)
+    messages.flush()
     stage.SetEditTarget(stage.GetSessionLayer())
     path = find_settings(stage, None, options.settings or None)
     settings = UsdRender.Settings(stage.GetPrimAtPath(path)) if path else None
-    camera = find_camera(stage, options.camera, path)
+    camera = find_camera(stage, options.camera, path) or _other_camera(stage)
     scratch = Scratch(stage, settings, options.width, folder)
-    if camera:
-        scratch.settings.GetCameraRel().SetTargets([camera.GetPath()])
-    else:
-        raise StageProblemError(
-            f"{options.stage} has no camera that its render settings name, nor one called main_cam;"
-            " name one with --camera"
-        )
-    messages = OpenUsdMessages()
+    scratch.settings.GetCameraRel().SetTargets([camera.GetPath()])
     _core.Host.print_messages("mbfeat")
     _core.Host.set_progress_style(_core.ProgressStyle.NONE)
     _core.Host.set_stage(options.stage)

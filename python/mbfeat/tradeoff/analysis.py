@@ -61,10 +61,7 @@ def _rung(
         "samples_per_pixel": spp,
         "seeds": len(points),
         "total_seconds": spread(point["total_seconds"] for point in points),
-        "seconds": {
-            phase: statistics.median(point["seconds"].get(phase, 0.0) for point in points)
-            for phase in PHASES
-        },
+        "seconds": middle_seconds(points),
         "errors": errors,
         "bias": spread(point["bias"] for point in points),
         "squared_bias": squared_bias(
@@ -73,6 +70,19 @@ def _rung(
         "near_floor": {
             name: errors[name]["median"] < NEAR_FLOOR * own for name, own in floor.items()
         },
+    }
+
+
+def middle_seconds(points: Sequence[Point]) -> dict[str, float]:
+    """Where the seconds went in the render of the median total, so that they add up to it.
+
+    Of an even number of renders it is the mean of the two in the middle.
+    """
+    ordered = sorted(points, key=lambda point: float(point["total_seconds"]))
+    middle = ordered[(len(ordered) - 1) // 2 : len(ordered) // 2 + 1]
+    return {
+        phase: statistics.fmean(point["seconds"].get(phase, 0.0) for point in middle)
+        for phase in PHASES
     }
 
 
@@ -126,9 +136,12 @@ class Curve:
         self.errors = [max(float(row["errors"][metric]["median"]), 1e-30) for row in ordered]
         last = ordered[-1]["seconds"]
         self._each = (last["sampling"] + last["recording"]) / self.spp[-1]
-        # Time never falls with samples; where it was measured so, that is the machine's noise.
-        for i in range(1, len(self.seconds)):
-            self.seconds[i] = max(self.seconds[i], self.seconds[i - 1])
+        # Time never falls with samples; where it was measured so, that is the machine's noise, and
+        # fewer samples would have been had in the time of the more. So no answer is worse than a
+        # rung that was measured.
+        self._measured = list(self.seconds)
+        for i in reversed(range(len(self.seconds) - 1)):
+            self.seconds[i] = min(self.seconds[i], self.seconds[i + 1])
         self._exponent = 1.0 if metric in ("relMSE", "tonemappedRelMSE", "MSE") else 0.5
         self._extends = self.variant == RAW and len(self.spp) > 1
 
@@ -137,7 +150,7 @@ class Curve:
         whole = max(int(spp), 1)
         if whole in self.spp:
             i = self.spp.index(whole)
-            return Estimate(self.variant, whole, self.seconds[i], self.errors[i], "measured")
+            return self._rung(i)
         if whole > self.spp[-1]:
             seconds = self.seconds[-1] + (whole - self.spp[-1]) * self._each
             error = self.errors[-1] * (self.spp[-1] / whole) ** self._exponent
@@ -145,7 +158,7 @@ class Curve:
         high = next(i for i, rung in enumerate(self.spp) if rung > whole)
         low = max(high - 1, 0)
         if low == high:  # below the first rung nothing is known
-            return Estimate(self.variant, self.spp[0], self.seconds[0], self.errors[0], "measured")
+            return self._rung(0)
         a, b = self.spp[low], self.spp[high]
         seconds = self.seconds[low] + (whole - a) / (b - a) * (
             self.seconds[high] - self.seconds[low]
@@ -154,6 +167,10 @@ class Curve:
         logs = [math.log(self.errors[i]) for i in (low, high)]
         error = math.exp(logs[0] + along * (logs[1] - logs[0]))
         return Estimate(self.variant, whole, seconds, error, "interpolated")
+
+    def _rung(self, i: int) -> Estimate:
+        basis = "measured" if self.seconds[i] == self._measured[i] else "interpolated"
+        return Estimate(self.variant, self.spp[i], self.seconds[i], self.errors[i], basis)
 
     @property
     def most(self) -> int:
@@ -213,8 +230,8 @@ def answer_seconds(
         )
         return answer
     answer["text"] = (
-        f"With {number(seconds)} s the best is {best.variant} at {samples(best.spp)}: {metric} "
-        f"{number(best.error)} in {number(best.seconds)} s ({best.basis})."
+        f"With {number(seconds)} s the least {metric} is {number(best.error)}, by {best.variant} "
+        f"at {samples(best.spp)} in {number(best.seconds)} s ({best.basis})."
         + _rivals(best, estimates, metric)
         + _caution(best.error, floor)
     )

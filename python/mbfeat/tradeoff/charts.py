@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from mbfeat.tradeoff.analysis import Rung
 from mbfeat.tradeoff.crops import Crop
 from mbfeat.tradeoff.renders import PHASES
-from mbfeat.tradeoff.wording import number
+from mbfeat.tradeoff.wording import counted, number
 
 # Okabe and Ito's colours, which colour-blind people can tell apart; markers differ besides.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C6D31")
@@ -57,7 +57,7 @@ def png(result: Mapping[str, Any], crops: Sequence[Crop], *, dpi: int = 110) -> 
         _crop(figure.add_subplot(places[i // columns, i % columns]), crop)
     figure.suptitle(
         f"{result['scene']}, {result['width']} x {result['height']} pixels, "
-        f"{result['threads']} threads of {result['machine']['cpu']}",
+        f"{counted(result['threads'], 'thread')} of {result['machine']['cpu']}",
         fontsize=12,
         color=INK,
     )
@@ -141,7 +141,10 @@ def _errors(axes: Axes, result: Mapping[str, Any]) -> None:
     axes.set_axisbelow(True)
     axes.legend(fontsize=8, loc="upper right", framealpha=0.9)
     axes.set_title(
-        f"Error against time, {result['seeds']} seeds: median, least and most", loc="left"
+        f"Error against time, {counted(result['seeds'], 'seed')}: median, least and most; samples "
+        "a pixel beside the marks",
+        loc="left",
+        fontsize=11,
     )
 
 
@@ -235,7 +238,9 @@ def _breakdown(axes: Axes, rows: Sequence[Rung]) -> None:
     axes.invert_yaxis()
     axes.set_xlim(0, 109)
     axes.set_xticks([0, 25, 50, 75, 100])
-    axes.set_xlabel("% of the seconds (medians); samples a pixel beside the names")
+    axes.set_xlabel(
+        "% of the seconds of the render of the median total; samples a pixel beside the names"
+    )
     axes.legend(fontsize=7, ncols=8, loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
     axes.set_title("Where every second goes", loc="left")
     for side in ("top", "right"):

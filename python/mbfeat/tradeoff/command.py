@@ -15,7 +15,7 @@ from mbfeat.tradeoff.measure import Ladder, Measured, split_recording, tasks
 from mbfeat.tradeoff.reference import Reference, ReferenceError
 from mbfeat.tradeoff.renders import Renderer, RenderError, StageRenderer, Subject
 from mbfeat.tradeoff.variants import OWN, Variant, VariantError
-from mbfeat.tradeoff.wording import duration
+from mbfeat.tradeoff.wording import duration, not_found
 
 PROBE_SPP = 16
 PROBE_SEED = 900_000
@@ -51,6 +51,8 @@ def _run(options: argparse.Namespace) -> int:
     if options.peers is not None:
         peers.set_up(names)
     subject = request.subject(options, stage)
+    for line in not_found(subject.facts.missing):
+        tell(line)
     keep = Keep(out / "kept")
     loads = [os.getloadavg()[0]]
     with ExitStack() as stack:
@@ -89,10 +91,10 @@ class _Work:
             apply = stack.enter_context(filters.OidnProcess(python, *bound))
         elif not options.only and not options.limits:
             tell("Open Image Denoise takes no part: pyoidn is not installed (pip install pyoidn)")
-        self.renderers: dict[str, Renderer] = {OWN: StageRenderer(subject, apply)}
+        self.renderers: dict[str, Renderer] = {OWN: StageRenderer(subject, apply, tell)}
         filtered = variants.open_image_denoise() if apply is not None else []
         models = [] if options.limits else variants.denoise_models()
-        extra = [variants.parsed(text) for text in options.variant]
+        extra = [request.variant(text) for text in options.variant]
         limited = [limit.variant for limit in self.limits]
         self.variants = [variants.raw(), *models, *filtered, *limited, *extra]
         self._add_peers(names, stack)

@@ -43,28 +43,37 @@ class Crop:
     pixels: NDArray[np.float64]
 
 
-def hardest(image: Image, reference: Image) -> Window:
-    """A fifth of the width, square, where the error is large and there is something to see.
-
-    Windows are weighed by the median of their relative error, which a few odd pixels do not move,
-    times the contrast of the reference as a display shows it.
-    """
-    height, width = reference.shape[1:]
+def windows(height: int, width: int) -> list[Window]:
+    """Squares of a fifth of the width that overlap and cover an image, but for a rest."""
     side = max(min(width // 5, height, width), min(8, width, height))
-    error = np.asarray((image - reference) ** 2 / (reference**2 + EPSILON)).mean(axis=0)
-    shown = srgb(np.asarray(reference, dtype=np.float64))
     step = max(side // 2, 1)
-    windows = [
+    return [
         Window(x, y, side, side)
         for y in range(0, height - side + 1, step)
         for x in range(0, width - side + 1, step)
     ]
 
+
+def most_changed(image: Image, other: Image) -> Window:
+    """Where two images of the same noise differ most, as a display shows them."""
+    change = np.abs(srgb(np.asarray(image, np.float64)) - srgb(np.asarray(other, np.float64)))
+    return max(windows(*other.shape[1:]), key=lambda window: float(window.of(change).mean()))
+
+
+def hardest(image: Image, reference: Image) -> Window:
+    """Where the error is large and there is something to see.
+
+    Windows are weighed by the median of their relative error, which a few odd pixels do not move,
+    times the contrast of the reference as a display shows it.
+    """
+    error = np.asarray((image - reference) ** 2 / (reference**2 + EPSILON)).mean(axis=0)
+    shown = srgb(np.asarray(reference, dtype=np.float64))
+
     def weight(window: Window) -> float:
         contrast = window.of(shown).std(axis=(1, 2)).mean()
         return float(np.median(window.of(error[None])) * (LEAST_CONTRAST + contrast))
 
-    return max(windows, key=weight)
+    return max(windows(*reference.shape[1:]), key=weight)
 
 
 def equal_time(rows: Sequence[Rung]) -> tuple[float, list[Rung]]:
@@ -96,7 +105,8 @@ def crops(
     own = references[OWN].image
     raw = next(row for row in chosen if row["variant"] == RAW)
     window = hardest(measured.images[RAW, raw["samples_per_pixel"]][0], own)
-    shown = [Crop("reference", "", displayed(window.of(own)))]
+    beside = f"the others: what {number(seconds)} s\nbuy at most, first seed"
+    shown = [Crop("reference", beside, displayed(window.of(own)))]
     for row in chosen:
         image = measured.images[row["variant"], row["samples_per_pixel"]][0]
         note = (

@@ -12,7 +12,7 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +32,11 @@ class StageFacts:
     width: int  # of the RenderSettings; 0 where there is none
     height: int
     aspect: float  # width by height of what the camera sees
-    layers: list[tuple[str, int, int]]  # files with their sizes and times
+    files: list[tuple[str, int, int]]  # layers, images and the like, with their sizes and times
+    authored: list[str] = field(default_factory=list)  # mbfeat:* of the settings
+    missing: list[str] = field(
+        default_factory=list
+    )  # files that the stage names and that are not there
 
 
 def inspect(stage: Path, camera: str = "") -> StageFacts:
@@ -46,7 +50,7 @@ def inspect(stage: Path, camera: str = "") -> StageFacts:
         raise InspectionError(f"{stage} could not be read: {last}") from None
     if "error" in found:
         raise InspectionError(str(found["error"]))
-    found["layers"] = [tuple(row) for row in found["layers"]]
+    found["files"] = [tuple(row) for row in found["files"]]
     return StageFacts(**found)
 
 
@@ -83,15 +87,36 @@ def look(file: str, wanted: str) -> StageFacts:
             )
     size = settings.GetResolutionAttr().Get() if settings else (0, 0)
     seen = camera.GetCamera(0)
-    layers = [Path(layer.realPath) for layer in stage.GetUsedLayers() if layer.realPath]
+    files, missing = _files(stage)
     return StageFacts(
         settings=path if settings else "",
         camera=str(camera.GetPath()),
         width=int(size[0]),
         height=int(size[1]),
         aspect=float(seen.aspectRatio) or 1.0,
-        layers=sorted((str(p), p.stat().st_size, p.stat().st_mtime_ns) for p in layers),
+        files=sorted((str(p), p.stat().st_size, p.stat().st_mtime_ns) for p in files),
+        authored=_authored(settings.GetPrim()) if settings else [],
+        missing=missing,
     )
+
+
+def _authored(prim: Any) -> list[str]:
+    """The renderer's settings that the prim says something of."""
+    found = [attribute for attribute in prim.GetAttributes() if attribute.HasAuthoredValue()]
+    return [a.GetName() for a in found if a.GetName().startswith("mbfeat:")]
+
+
+def _files(stage: Any) -> tuple[set[Path], list[str]]:
+    """The files that an image of the stage may depend on, and those of them that are not there."""
+    from pxr import Sdf, UsdUtils
+
+    root = Sdf.AssetPath(stage.GetRootLayer().realPath)
+    layers, assets, missing = UsdUtils.ComputeAllDependencies(root)
+    named = [layer.realPath for layer in (*stage.GetUsedLayers(), *layers)]
+    # What is in a package has the package's name first: package.usdz[image.png].
+    named += [str(asset).partition("[")[0] for asset in assets]
+    found = {Path(name).resolve() for name in named if name}
+    return {path for path in found if path.is_file()}, sorted(map(str, missing))
 
 
 def main(arguments: list[str]) -> None:

@@ -43,7 +43,7 @@ def build_key() -> str:
 def subject_key(subject: Subject) -> str:
     """All that an image depends on and no variant, sample count or seed changes."""
     facts = subject.facts
-    where = [str(subject.stage.resolve()), facts.settings, facts.camera, facts.layers]
+    where = [str(subject.stage.resolve()), facts.settings, facts.camera, facts.files]
     size = [subject.width, subject.height, subject.threads]
     return digest([where, size, subject.settings, build_key()])
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mbfeat.effects.rendering import EffectsError, Rendering
 from mbfeat.metrics.bias import brightness_bias, squared_bias
 from mbfeat.tradeoff.analysis import spread
-from mbfeat.tradeoff.crops import Crop, displayed, hardest
+from mbfeat.tradeoff.crops import Crop, displayed, most_changed
 from mbfeat.tradeoff.inspection import InspectionError
 from mbfeat.tradeoff.measure import Measured, Point
 from mbfeat.tradeoff.reference import Reference
@@ -148,7 +148,7 @@ def pictures(measured: Measured, found: Sequence[Mapping[str, Any]]) -> list[lis
             np.mean([image.astype(np.float64) for image in measured.images[variant, spp]], axis=0)
             for variant in (RAW, name)
         )
-        window = hardest(limited, full)
+        window = most_changed(limited, full)
         before, after = displayed(window.of(full)), displayed(window.of(limited))
         lost = row["lost"]
         shown.append(

@@ -9,12 +9,13 @@ from typing import Any
 from mbfeat.metrics import all_metrics
 from mbfeat.metrics.bias import brightness_bias
 from mbfeat.tradeoff.kept import Keep, digest
-from mbfeat.tradeoff.reference import Reference, Tell
+from mbfeat.tradeoff.reference import FIRST_SEED, SEEDS, Reference, Tell
 from mbfeat.tradeoff.renders import PHASES, Image, Renderer, RenderError, Shot
 from mbfeat.tradeoff.variants import RAW, Variant
 from mbfeat.tradeoff.wording import duration, samples
 
 Point = dict[str, Any]
+MOST_SEEDS = 99  # so that no two rungs share one
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,8 @@ class Task:
 
         Different from rung to rung: the samples of a short render begin a longer one of its seed.
         """
-        return self.seed + 100 * self.spp
+        number = self.seed + (MOST_SEEDS + 1) * self.spp
+        return number if number < FIRST_SEED else number + SEEDS  # those between are references'
 
     @property
     def label(self) -> str:

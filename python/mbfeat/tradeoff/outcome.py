@@ -20,7 +20,7 @@ from mbfeat.tradeoff import analysis, limits
 from mbfeat.tradeoff.measure import Measured
 from mbfeat.tradeoff.reference import Reference
 from mbfeat.tradeoff.renders import Subject
-from mbfeat.tradeoff.request import Scale
+from mbfeat.tradeoff.request import FIXED, Scale
 from mbfeat.tradeoff.variants import OWN, RAW, Variant
 from mbfeat.tradeoff.wording import duration, number
 
@@ -49,6 +49,7 @@ def result(
         "width": subject.width,
         "height": subject.height,
         "settings": dict(subject.settings),
+        "missing": list(subject.facts.missing),
         "machine": {"cpu": cpu_name(), "cores": os.cpu_count(), "load_average": list(loads)},
         "threads": subject.threads,
         "seeds": scale.seeds,
@@ -127,7 +128,12 @@ def _usdrecord(
     best: Mapping[str, Any],
 ) -> str:
     """The render of an answer; a filter's comes after it."""
-    every = dict(subject.settings) | dict(variant.settings)
+    every = {
+        name: value
+        for name, value in subject.settings
+        if FIXED.get(name) != value or name in subject.facts.authored
+    }
+    every |= variant.settings
     every["mbfeat:samplesPerPixel"] = str(best["spp"])
     pairs = [part for name, value in every.items() for part in ("--set", f"{name}={value}")]
     stage = str(options.stage or os.path.relpath(subject.stage))

@@ -46,6 +46,11 @@ Image Denoise counts its device and its filter, not the start of its process. A 
 started once for all of its images; its start, the loading of the translated stage and what its
 first render takes longer count with each of them.
 
+Every render takes the samples of its rung, whatever targets, denoiser, AOV to look at and data
+window the stage's settings have; `--set` changes other settings of all of them. Files that the
+stage names and that are not there are listed. An answer holds between the medians of what was
+measured: seconds that fall with more samples are taken for noise of the machine.
+
 Without `--reference` the truth is a render of many more samples, from other random numbers. It
 costs the most of the run, and what MBFeat gets wrong in every render does not show against it. Its
 own noise is told from two halves; an error near it is marked in the answers. Peers are measured
@@ -105,7 +110,12 @@ def _section(made: Mapping[str, Any]) -> list[str]:
         lines += ["", *_limits(made)]
     lines += ["", "Medians; on the front, no other has less error in less time.", ""]
     lines += _table(made)
-    lines += ["", "Seconds, medians:", "", *_seconds(made)]
+    lines += [
+        "",
+        "Seconds, of the render whose total is the median of the seeds:",
+        "",
+        *_seconds(made),
+    ]
     for name, reason in made["left_out"].items():
         lines += ["", textwrap.fill(f"Left out: {name}: {reason}", WIDTH)]
     return lines

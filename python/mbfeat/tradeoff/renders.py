@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -48,6 +49,7 @@ REPORTED = {
     "write": "write",
 }
 SCOPE = "MBFeatTradeoff"  # of the prims that the session layer adds
+MESSAGE = "usdrecord: "  # begins a message of the child's
 PR_SET_PDEATHSIG = 1
 
 
@@ -98,11 +100,21 @@ class Subject:
 
 
 class StageRenderer:
-    """Renders a subject; `apply` is what filters an image (see variants.Variant.filter)."""
+    """Renders a subject; `apply` is what filters an image (see variants.Variant.filter).
 
-    def __init__(self, subject: Subject, apply: Filter | None = None) -> None:
+    `tell` gets every message of usdrecord's about the stage once, however many renders have it.
+    """
+
+    def __init__(
+        self,
+        subject: Subject,
+        apply: Filter | None = None,
+        tell: Callable[[str], None] | None = None,
+    ) -> None:
         self._subject = subject
         self._apply = apply
+        self._tell = tell
+        self._told: set[str] = set()
 
     def render(self, variant: Variant, spp: int, seed: int) -> Shot:
         """See Renderer."""
@@ -138,6 +150,7 @@ class StageRenderer:
         done = run_bound([*command, str(subject.stage), str(image)], subject.cores)
         if done.returncode != 0 or not statistics.exists():
             raise RenderError(f"{variant.name}, {spp} samples: {_last_words(done)}")
+        self._pass_on(done.stderr)
         about = json.loads(statistics.read_text(encoding="utf-8"))
         seconds = phases(
             about["statistics"]["seconds"], about["image"], about["finished"] - started
@@ -151,6 +164,15 @@ class StageRenderer:
                 f"{subject.width} x {subject.height}"
             )
         return Shot(color, seconds), features
+
+    def _pass_on(self, said: str) -> None:
+        """Tells the messages that were not told before."""
+        for line in said.splitlines():
+            # The name of the stage in memory differs from render to render.
+            key = re.sub(r"<0x[0-9a-f]+>", "", line)
+            if line.startswith(MESSAGE) and key not in self._told and self._tell is not None:
+                self._tell(line)
+            self._told.add(key)
 
 
 def phases(
@@ -182,7 +204,9 @@ def session_layer(subject: Subject, product: Path, features: Sequence[str]) -> s
         for i, name in enumerate(names)
     )
     targets = ", ".join(f"</{SCOPE}/Var{i}>" for i in range(len(names)))
-    settings = f"rel products = </{SCOPE}/Product>"
+    # The whole image, whatever window the stage's settings have.
+    whole = "uniform float4 dataWindowNDC = (0, 0, 1, 1)"
+    settings = f"rel products = </{SCOPE}/Product>\n        {whole}"
     camera = f"rel camera = <{subject.facts.camera}>"
     own = ""
     if not subject.facts.settings:
@@ -244,5 +268,5 @@ def _last_words(done: subprocess.CompletedProcess[str]) -> str:
     lines = [line.strip() for line in done.stderr.splitlines() if line.strip()]
     how = f"signal {-done.returncode}" if done.returncode < 0 else f"status {done.returncode}"
     # A message of ours is the last line that names the program; a crash leaves anything.
-    said = [line for line in lines if line.startswith("usdrecord:")] or lines
-    return said[-1].removeprefix("usdrecord: ") if said else f"the render ended with {how}"
+    said = [line for line in lines if line.startswith(MESSAGE)] or lines
+    return said[-1].removeprefix(MESSAGE) if said else f"the render ended with {how}"

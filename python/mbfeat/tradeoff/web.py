@@ -16,7 +16,7 @@ from mbfeat.tradeoff.charts import colours, image_png
 from mbfeat.tradeoff.crops import Crop
 from mbfeat.tradeoff.renders import MEANING, PHASES
 from mbfeat.tradeoff.variants import OWN, RAW
-from mbfeat.tradeoff.wording import number
+from mbfeat.tradeoff.wording import counted, not_found, number
 
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; margin: 2rem auto; max-width: 1240px;
@@ -84,7 +84,7 @@ def page(
         "<h2>Numbers</h2><p>Medians of the seeds; below them least and most. A dot marks what is "
         "on the Pareto front.</p>",
         f'<div class="scroll">{_table(rows)}</div>',
-        "<h2>Seconds</h2><p>Medians. "
+        "<h2>Seconds</h2><p>Of the render whose total is the median of the seeds. "
         + " ".join(f"<b>{phase}</b>: {html.escape(MEANING[phase])}." for phase in PHASES)
         + "</p>",
         f'<div class="scroll">{_seconds(rows)}</div>',
@@ -101,8 +101,9 @@ def about(result: Mapping[str, Any]) -> list[str]:
     machine = result["machine"]
     load = machine["load_average"]
     lines = [
-        f"{result['date']}; {machine['cpu']}, {result['threads']} threads; "
-        f"{result['width']} x {result['height']} pixels; {result['seeds']} seeds.",
+        f"{result['date']}; {machine['cpu']}, {counted(result['threads'], 'thread')}; "
+        f"{result['width']} x {result['height']} pixels; {counted(result['seeds'], 'seed')}.",
+        *not_found(result.get("missing", ())),
         result["reference"]["text"],
         *(f"{name}: {made['text']}" for name, made in result["references"].items() if name != OWN),
         *(f"{name}: {made['title']}." for name, made in result["variants"].items() if name != RAW),

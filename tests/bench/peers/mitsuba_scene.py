@@ -58,7 +58,7 @@ class MitsubaRenderer:
         seconds = cpu = 0.0
         for i, count in enumerate(counts):
             started, used = time.perf_counter(), time.process_time()
-            image = mi.render(self._scene, spp=count, seed=1000 * seed + i)
+            image = mi.render(self._scene, spp=count, seed=(1000 * seed + i) % 2**32)
             dr.eval(image)
             dr.sync_thread()
             seconds += time.perf_counter() - started

@@ -4,12 +4,14 @@
 #include <cstdint>
 #include <random>
 #include <set>
+#include <string>
 #include <utility>
 
 #include <doctest/doctest.h>
 
 #include "film/errorForecast.h"
 #include "film/refinement.h"
+#include "film/samplingOutcome.h"
 #include "film/samplingRate.h"
 #include "film/tiles.h"
 
@@ -162,4 +164,15 @@ TEST_CASE("any part of a pass is spread over the image") {
     check(groupTiles(makeTiles(rect, 8), 16, 1024, 1));
     CHECK(singleTiles({0, 0, 8, 8}, 8).size() == 1);
     CHECK(groupTiles({}, 16, 1024, 1).empty());
+}
+
+TEST_CASE("a missed target is told in three digits, with what to do") {
+    SamplingOutcome outcome;
+    outcome.error = ErrorEstimate{0.010284127012418143, 0.022769041870176716};
+    const std::string text = missedTargetText(outcome, 1e-9, 64);
+    CHECK(text.find("0.0103,") != std::string::npos);
+    CHECK(text.find("0.0228.") != std::string::npos);
+    CHECK(text.find("mbfeat:samplesPerPixel, now 64") != std::string::npos);
+    outcome.error.reset();
+    CHECK(missedTargetText(outcome, 0.1, 8).find("not known") != std::string::npos);
 }
