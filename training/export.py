@@ -285,7 +285,17 @@ def _traced(module: nn.Module, inputs: dict[str, Tensor], outputs: list[str]) ->
     import onnx
 
     axes: dict[str, dict[int, str]] = {}
-    for name in ("samples", "share", "classes", "mask", "divisor", "hidden", "alike", "scales", "centre"):
+    for name in (
+        "samples",
+        "share",
+        "classes",
+        "mask",
+        "divisor",
+        "hidden",
+        "alike",
+        "scales",
+        "centre",
+    ):
         if name in inputs or name in outputs:
             axes[name] = {2: "height", 3: "width"}
     if "gate" in outputs:

@@ -6,8 +6,8 @@ namespace mbfeat {
 
 int wholeGrids(const PixelRect& data, std::uint64_t samples) {
     const auto isWhole = [&](const PixelGrid& grid) {
-        const auto columns = static_cast<std::uint64_t>((data.width - 1) / grid.stride + 1);
-        const auto rows = static_cast<std::uint64_t>((data.height - 1) / grid.stride + 1);
+        const auto columns = static_cast<std::uint64_t>((data.width - 1) / grid.stride) + 1;
+        const auto rows = static_cast<std::uint64_t>((data.height - 1) / grid.stride) + 1;
         return samples >= columns * rows;
     };
     return static_cast<int>(std::count_if(kRisingGrids.begin(), kRisingGrids.end(), isWhole));

@@ -79,7 +79,7 @@ def test_distances_are_from_where_a_tap_goes(guided: bool) -> None:
             square = (f[:, :, y, x] - f[:, :, row, column]) ** 2
             expected = square[:, :2].sum(dim=1)
             if guided:
-                albedo, normal, depth = (scales[:, g, row, column] ** 2 for g in range(3))
+                albedo, normal, depth = (s[:, g, row, column] ** 2 for g in range(3))
                 expected = expected + albedo * square[:, 2:5].sum(dim=1)
                 expected = expected + normal * square[:, 5:8].sum(dim=1) + depth * square[:, 8]
         torch.testing.assert_close(found[:, tap, y, x], expected)

@@ -68,7 +68,9 @@ def filtered(
     return image
 
 
-def _pass(image: Tensor, likeness: Likeness, centre: Tensor, table: Tensor, dilation: int) -> Tensor:
+def _pass(
+    image: Tensor, likeness: Likeness, centre: Tensor, table: Tensor, dilation: int
+) -> Tensor:
     features, scales = likeness
     height, width = image.shape[-2:]
     spatial, sharpness = table[:TAPS], table[TAPS]

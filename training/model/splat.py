@@ -154,9 +154,7 @@ class _Distances(torch.autograd.Function):
         return to_features, to_scales, None
 
 
-def scaled_parts(
-    features: Tensor, scales: Tensor | None
-) -> Iterator[tuple[slice, Tensor | None]]:
+def scaled_parts(features: Tensor, scales: Tensor | None) -> Iterator[tuple[slice, Tensor | None]]:
     """Features that have a scale in common, and it [n, 1, h, w].
 
     Learned ones, which have none, and with `scales` [n, 3, h, w] after them albedo, normal and

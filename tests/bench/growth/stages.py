@@ -99,10 +99,15 @@ def _grid(cells_u: int, cells_v: int) -> tuple[NDArray[np.float32], NDArray[np.i
     return np.stack([u.ravel(), v.ravel()], -1), faces.reshape(-1, 3).astype(np.int32)
 
 
-def _height(x: NDArray[np.float32], z: NDArray[np.float32]) -> NDArray[np.float32]:
+def _height(x: NDArray[Any], z: NDArray[Any]) -> NDArray[np.float32]:
     """Hills with folds, the same however finely they are cut."""
     hills = 0.5 * np.sin(0.9 * x + 0.4) * np.cos(1.1 * z) + 0.2 * np.sin(2.3 * x - 1.7 * z)
     return np.asarray(hills + 0.06 * np.sin(7.1 * x + 5.3 * z) * np.cos(6.1 * z), np.float32)
+
+
+def _points(x: NDArray[Any], y: NDArray[Any], z: NDArray[Any]) -> NDArray[np.float32]:
+    columns: list[NDArray[Any]] = [x, y, z]
+    return np.stack(columns, axis=-1).astype(np.float32)
 
 
 def _triangles(stage: Any, size: int, folder: Path) -> None:
@@ -114,7 +119,7 @@ def _triangles(stage: Any, size: int, folder: Path) -> None:
     for i in range(TILES):
         x = ((i % 4 + unit[:, 0]) / 4 - 0.5) * SIDE
         z = ((i // 4 + unit[:, 1]) / 2 - 0.5) * SIDE
-        _add_mesh(stage, f"/World/Tile{i}", np.stack([x, _height(x, z), z], -1), faces)
+        _add_mesh(stage, f"/World/Tile{i}", _points(x, _height(x, z), z), faces)
     _add_sky(stage, 0.6)
     lamp = UsdLux.SphereLight.Define(stage, "/World/Lamp")
     lamp.CreateRadiusAttr(0.5)
@@ -168,7 +173,7 @@ def _lights(stage: Any, size: int, folder: Path) -> None:
     spots, cell = _spots(size, rng)
     unit, faces = _grid(100, 100)
     x, z = (unit[:, 0] - 0.5) * 1.2 * SIDE, (unit[:, 1] - 0.5) * 1.2 * SIDE
-    _add_mesh(stage, "/World/Hills", np.stack([x, _height(x, z), z], -1), faces)
+    _add_mesh(stage, "/World/Hills", _points(x, _height(x, z), z), faces)
     heights = rng.uniform(1.2, 2.5, size)
     stage.DefinePrim("/World/Lights", "Scope")
     with Sdf.ChangeBlock():
@@ -205,7 +210,7 @@ def _textures(stage: Any, size: int, folder: Path) -> None:
         write_tga(folder / f"noise{i}.tga", rng.integers(0, 256, (side, side, 3), dtype=np.uint8))
         x = ((i % 4 + unit[:, 0]) / 4 - 0.5) * SIDE
         z = ((i // 4 + unit[:, 1]) / 2 - 0.5) * SIDE
-        points = np.stack([x, np.zeros_like(x), z], -1)
+        points = _points(x, np.zeros_like(x), z)
         mesh = _add_mesh(stage, f"/World/Tile{i}", points, faces, unit)
         material = UsdShade.Material.Define(stage, f"/World/Look{i}")
         surface = UsdShade.Shader.Define(stage, f"/World/Look{i}/Surface")

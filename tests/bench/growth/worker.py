@@ -99,7 +99,7 @@ def render(path: Path, shot: Shot, folder: Path) -> tuple[dict[str, Any], Any]:
     if frame is None or frame.report.errors or frame.report.interrupted:
         errors = frame.report.errors if frame is not None else ["it left no image"]
         raise SystemExit(f"{path.name} was not rendered: {'; '.join(errors)}")
-    report = frame.report.to_dict()
+    report: dict[str, Any] = frame.report.to_dict()
     seconds = dict(frame.report.seconds)
     phases = {
         "open": opened[0],
@@ -108,7 +108,7 @@ def render(path: Path, shot: Shot, folder: Path) -> tuple[dict[str, Any], Any]:
         "sampling": seconds["sampling"],
         "write": sum(s for name, s in seconds.items() if name not in ("commit", "sampling")),
     }
-    answer = {
+    answer: dict[str, Any] = {
         "seconds": phases,
         "wall": wall + opened[0],
         "cpu": cpu + opened[1],
