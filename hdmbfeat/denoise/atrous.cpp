@@ -1,6 +1,6 @@
 #include "denoise/atrous.h"
 
-#include <algorithm>
+#include <cstdint>
 
 #include "core/floatTraps.h"
 #include "core/library.h"

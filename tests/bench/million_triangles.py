@@ -31,6 +31,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from process_memory import forget_peak, peak_resident, resident
+
 SECONDS_AIM = 2.5
 BYTES_AIM = 400.0
 RESOLUTION = (32, 18)
@@ -137,25 +139,6 @@ def write_stage(path: Path, meshes: int, triangles: int, unshared: bool, seed: i
 
 
 # ---- the process that renders
-
-
-def resident() -> int:
-    """Resident memory of this process, bytes."""
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE")
-
-
-def peak_resident() -> int:
-    """Peak resident memory since forget_peak(), bytes."""
-    for line in Path("/proc/self/status").read_text(encoding="ascii").splitlines():
-        if line.startswith("VmHWM"):
-            return int(line.split()[1]) * 1024
-    raise RuntimeError("the system does not tell the peak memory of a process")
-
-
-def forget_peak() -> None:
-    """Makes the peak what is resident now."""
-    Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
 
 
 def render(stage: Any) -> tuple[Any, dict[str, float]]:

@@ -70,7 +70,7 @@ def axes(threads: int, quick: bool) -> list[Axis]:
 
     widths = [64, 128] if quick else [64, 128, 320, 640, 1280, 1920]
     few = 64 if quick else 160  # so that many samples take seconds, not minutes
-    counts = [1, 4, 16] if quick else [1, 2, 4, 8, 16, 32, 64, 128, 256]
+    counts = [16, 64, 256] if quick else [1, 2, 4, 8, 16, 32, 64, 128, 256]
     aovs = [0, 18] if quick else [0, 3, 6, 9, 12, 15, 18]
     fixed_width = 64 if quick else 1920
     return [

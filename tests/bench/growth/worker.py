@@ -18,27 +18,9 @@ from pathlib import Path
 from typing import Any
 
 from growth.axes import Shot
+from process_memory import forget_peak, peak_resident, resident
 
 FEATURES = ("mbfeat:albedo:", "mbfeat:normal:", "mbfeat:direct:")
-
-
-def resident() -> int:
-    """Resident memory of this process, bytes."""
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE")
-
-
-def peak_resident() -> int:
-    """Peak resident memory since forget_peak(), bytes."""
-    for line in Path("/proc/self/status").read_text(encoding="ascii").splitlines():
-        if line.startswith("VmHWM"):
-            return int(line.split()[1]) * 1024
-    raise RuntimeError("the system does not tell the peak memory of a process")
-
-
-def forget_peak() -> None:
-    """Makes the peak what is resident now."""
-    Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
 
 
 class Stopwatch:
