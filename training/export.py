@@ -37,7 +37,7 @@ from training.model.sksn import Sksn, fold_weight_norm, mean_albedo, modulated  
 from training.model.splat import distances, plain_splat, splat  # noqa: E402
 
 OPSET = 18
-FORMAT = 4
+FORMAT = 5
 TOLERANCE = 1e-4
 PREFIX = "mbfeat:"  # of the metadata entries that hold the contract
 
@@ -68,8 +68,8 @@ class Contract:
       by it is splatted too, what arrives is multiplied by the class's mean divisor of the pixel,
       and counts as much as the second graph's `gate` [classes, h, w] says; the plain radiance
       counts for the rest, and for all of it in classes that the pixel has no sample of.
-      Each class's share of the radiance is splatted apart, and added. It has
-      `classPlanes` sums a class, and where the renderer can compute them without the graph also
+      Each class's share of the radiance is splatted apart, and added. There are `classes`, 3 or 1
+      that all paths are in, with `classPlanes` sums each, and where the renderer can compute them without the graph also
       an entry mbfeat:encoder, see `encoder_bytes`.
 
     Tiles begin at multiples of `unit` and overlap by `receptiveField`, the splat's kernel // 2 and
@@ -84,6 +84,7 @@ class Contract:
     unit: int
     receptiveField: int  # noqa: N815 - the name of the metadata's entry
     classPlanes: int  # noqa: N815
+    classes: int
     affinity: int
     guides: int
     demodulated: int
@@ -166,6 +167,7 @@ def contract(config: ModelConfig, *, whole: bool) -> Contract:
         unit=config.unit,
         receptiveField=config.context_field,
         classPlanes=config.width + (GUIDES if config.guides else 0) + 1 if config.layers else 0,
+        classes=config.classes if config.layers else 0,
         affinity=config.likeness,
         guides=GUIDES if config.guides else 0,
         demodulated=int(config.demodulated),
@@ -241,7 +243,8 @@ def encoder_bytes(model: Sksn) -> bytes | None:
     input] and bias. Read by hdmbfeat/denoise/pathEncoder.cpp.
     """
     c = model.config
-    if not (c.layers and c.valid_bits and c.increments and c.first_non_delta):
+    full = c.valid_bits and c.increments and c.first_non_delta
+    if not c.layers or not full or c.first_hit:
         return None
     counts = np.array([GUIDES if c.guides else 0, c.vertices], dtype=np.int32)
     parts = [np.float32(c.log_scale).tobytes(), counts.tobytes()]

@@ -305,7 +305,7 @@ private:
         const Clock::time_point begin = Clock::now();
         Result<OnnxSession::Outputs> outputs =
             model_.graph().run({{means.classes.data(),
-                                 {kPathClasses, static_cast<std::int64_t>(sums_.planes()),
+                                 {contract_.classes, static_cast<std::int64_t>(sums_.planes()),
                                   height(tile.region), width(tile.region)}}});
         result_.inferenceSeconds += secondsSince(begin);
         if (!outputs) {

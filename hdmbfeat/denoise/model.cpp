@@ -22,9 +22,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kDefaultModel = "best";
-constexpr int kFormat = 4;
+constexpr int kFormat = 5;
 constexpr int kOldestFormat = 2;   ///< had neither affinity nor demodulation
 constexpr int kAffinityFormat = 3; ///< had no guides, and no passes after the splat
+constexpr int kGuidesFormat = 4;   ///< had three classes, always
 
 /// Where the models lie that MBFeat comes with.
 fs::path modelFolder() {
@@ -215,7 +216,7 @@ Status DenoiseModel::readContract() {
     for (const Number& number :
          {Number{"kernel", &contract_.kernel, 1, 99}, Number{"unit", &contract_.unit, 1, 1024},
           Number{"affinity", &contract_.affinity, 0, 256, kAffinityFormat},
-          Number{"guides", &contract_.guides, 0, guides::kCount, kFormat},
+          Number{"guides", &contract_.guides, 0, guides::kCount, kGuidesFormat},
           Number{"demodulated", &contract_.demodulated, 0, 1, kAffinityFormat},
           Number{"receptiveField", &contract_.receptiveField, 0, 4096},
           Number{"classPlanes", &contract_.classPlanes, 0, 1 << 16},
@@ -226,6 +227,12 @@ Status DenoiseModel::readContract() {
             return Error{file_, "its metadata mbfeat:" + std::string(number.name) + " is '" + text +
                                     "', which cannot be. Export the network anew."};
         }
+    }
+    const bool layered = contract_.kind == DenoiseContract::Kind::kLayered;
+    if (layered && contract_.format > kGuidesFormat &&
+        (!readNumber(entry("classes"), 1, 3, contract_.classes) || contract_.classes == 2)) {
+        return Error{file_, "its metadata mbfeat:classes is '" + entry("classes") +
+                                "', which cannot be. Export the network anew."};
     }
     std::istringstream dilations(entry("atrous"));
     for (std::string text; std::getline(dilations, text, ',');) {

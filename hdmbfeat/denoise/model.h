@@ -27,6 +27,7 @@ struct DenoiseContract {
     int unit = 1;            ///< tiles begin at multiples of this
     int receptiveField = 0;  ///< pixels around one that can change it, without the splat
     int classPlanes = 0;     ///< of a layered model: sums of a class
+    int classes = 3;         ///< of a layered model: direct, reflected, transmitted; or 1, all
     int affinity = 0;        ///< of a layered model: channels of `alike`, see splat.h
     int guides = 0;          ///< of a layered model: how many of these are guides, see splat.h
     std::vector<int> atrous; ///< of a layered model: dilations of the passes after the splat
@@ -68,7 +69,5 @@ private:
     std::unique_ptr<OnnxSession> graph_, sampleGraph_;
     std::optional<PathEncoder> encoder_;
 };
-
-inline constexpr int kPathClasses = 3; ///< of a layered model: direct, reflected, transmitted
 
 } // namespace mbfeat

@@ -13,9 +13,9 @@ PathSums::PathSums(std::shared_ptr<const DenoiseModel> model, ChannelPlan plan, 
       height_(height),
       planes_(static_cast<std::size_t>(model_->contract().classPlanes)) {
     const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-    classes_.resize(pixels * kPathClasses * planes_);
-    light_.resize(pixels * kPathClasses * storedLights());
-    divisors_.resize(isDemodulated() ? pixels * kPathClasses * 3 : 0);
+    classes_.resize(pixels * classCount() * planes_);
+    light_.resize(pixels * classCount() * storedLights());
+    divisors_.resize(isDemodulated() ? pixels * classCount() * 3 : 0);
     counts_.resize(pixels);
 }
 
@@ -27,9 +27,9 @@ std::size_t PathSums::bytes() const {
 /// A pixel without paths holds zeros already, so that a film that is cleared before its first
 /// sample is not written all over.
 void PathSums::clear() {
-    const std::size_t classes = kPathClasses * planes_;
-    const std::size_t lights = kPathClasses * storedLights();
-    const std::size_t divisors = isDemodulated() ? kPathClasses * 3 : 0;
+    const std::size_t classes = classCount() * planes_;
+    const std::size_t lights = classCount() * storedLights();
+    const std::size_t divisors = isDemodulated() ? classCount() * 3 : 0;
     for (std::size_t pixel = 0; pixel < counts_.size(); ++pixel) {
         if (counts_[pixel] > 0) {
             std::fill_n(classes_.data() + pixel * classes, classes, 0.0F);
@@ -72,7 +72,8 @@ void PathSums::addByEncoder(const std::size_t* pixels, std::size_t pathCount, st
                 continue;
             }
             const std::size_t pixel = pixels[(first + i) / samples];
-            const std::size_t place = pixel * kPathClasses + static_cast<std::size_t>(classes[i]);
+            const std::size_t own = classCount() > 1 ? static_cast<std::size_t>(classes[i]) : 0;
+            const std::size_t place = pixel * classCount() + own;
             float* const sums = classes_.data() + place * planes_;
             const float* const embedding = embeddings.data() + i * width;
             for (std::size_t o = 0; o < width; ++o) {
@@ -133,8 +134,8 @@ Status PathSums::addByGraph(const std::size_t* pixels, std::size_t pixelCount, s
     }
     const TensorView& classes = outputs.value()[0];
     const TensorView& mask = outputs.value()[1];
-    if (classes.size() != kPathClasses * planes_ * pixelCount ||
-        mask.size() != samples * kPathClasses * pixelCount ||
+    if (classes.size() != classCount() * planes_ * pixelCount ||
+        mask.size() != samples * classCount() * pixelCount ||
         (isDemodulated() && outputs.value()[2].size() != samples * 3 * pixelCount)) {
         return Error{model_->file(), "its sample graph gives other sizes than its metadata says. "
                                      "Export it anew."};
@@ -148,7 +149,7 @@ Status PathSums::addByGraph(const std::size_t* pixels, std::size_t pixelCount, s
 /// The network gives [class][plane][1][pixel].
 void PathSums::addClasses(const std::size_t* pixels, std::size_t pixelCount,
                           const TensorView& classes) {
-    const std::size_t all = kPathClasses * planes_;
+    const std::size_t all = classCount() * planes_;
     constexpr std::size_t kBlock = 16; // a cache line of each plane
     for (std::size_t begin = 0; begin < pixelCount; begin += kBlock) {
         const std::size_t end = std::min(begin + kBlock, pixelCount);
@@ -167,14 +168,14 @@ void PathSums::addLight(const std::size_t* pixels, std::size_t pixelCount, std::
                         const float* divisors) {
     for (std::size_t i = 0; i < pixelCount; ++i) {
         for (std::size_t s = 0; s < samples; ++s) {
-            for (std::size_t c = 0; c < kPathClasses; ++c) {
+            for (std::size_t c = 0; c < classCount(); ++c) {
                 const float weight =
-                    mask.data[(s * kPathClasses + c) * pixelCount + i] * shares[s * pixelCount + i];
+                    mask.data[(s * classCount() + c) * pixelCount + i] * shares[s * pixelCount + i];
                 if (weight != 0.0F) {
                     const float* const divisor =
                         divisors == nullptr ? nullptr : divisors + s * 3 * pixelCount + i;
                     addLightOf(paths[i * samples + s], static_cast<double>(weight), divisor,
-                               pixelCount, pixels[i] * kPathClasses + c);
+                               pixelCount, pixels[i] * classCount() + c);
                 }
             }
         }
@@ -184,12 +185,12 @@ void PathSums::addLight(const std::size_t* pixels, std::size_t pixelCount, std::
 PathSums::Means PathSums::means(int x0, int y0, int x1, int y1) const {
     const auto columns = static_cast<std::size_t>(x1 - x0);
     const std::size_t area = columns * static_cast<std::size_t>(y1 - y0);
-    const std::size_t planes = kPathClasses * planes_;
-    const std::size_t lights = kPathClasses * storedLights();
+    const std::size_t planes = classCount() * planes_;
+    const std::size_t lights = classCount() * storedLights();
     Means found;
     found.classes.resize(planes * area);
     found.light.resize(lights * area);
-    found.divisor.resize(isDemodulated() ? kPathClasses * 3 * area : 0);
+    found.divisor.resize(isDemodulated() ? classCount() * 3 * area : 0);
     // Sixteen pixels at a time, whose values are a cache line of each plane.
     constexpr int kBlock = 16;
     for (int y = y0; y < y1; ++y) {
@@ -216,9 +217,9 @@ PathSums::Means PathSums::means(int x0, int y0, int x1, int y1) const {
             };
             write(classes_.data(), planes, found.classes);
             write(light_.data(), lights, found.light);
-            for (std::size_t c = 0; isDemodulated() && c < kPathClasses; ++c) {
+            for (std::size_t c = 0; isDemodulated() && c < classCount(); ++c) {
                 for (std::size_t i = 0; i < count; ++i) {
-                    const std::size_t place = (pixel + i) * kPathClasses + c;
+                    const std::size_t place = (pixel + i) * classCount() + c;
                     const float paths = classes_[place * planes_ + planes_ - 1];
                     for (std::size_t k = 0; paths > 0.0F && k < 3; ++k) {
                         found.divisor[(c * 3 + k) * area + out + i] = static_cast<float>(

@@ -54,6 +54,7 @@ private:
                   const float* const* paths, const float* shares, const TensorView& mask,
                   const float* divisors);
     bool isDemodulated() const { return model_->contract().demodulated != 0; }
+    std::size_t classCount() const { return static_cast<std::size_t>(model_->contract().classes); }
     std::size_t storedLights() const { return (isDemodulated() ? 2 : 1) * lightChannels(); }
     /// Adds a path's light to `place`, a class of a pixel; of its divisor every `stride`th float.
     void addLightOf(const float* path, double weight, const float* divisor, std::size_t stride,

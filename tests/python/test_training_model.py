@@ -43,6 +43,12 @@ VARIANTS: dict[str, dict[str, Any]] = {
     | {"layers": True, "vertex_encoder": 8, "affinity": 3, "guides": True, "atrous": (1, 3)},
     "atrous, demodulated": EXTENDED
     | {"layers": True, "increments": False, "affinity": 2, "atrous": (2,), "demodulated": True},
+    "one class": EXTENDED
+    | {"layers": True, "vertex_encoder": 8, "classes": 1, "affinity": 3, "guides": True}
+    | {"atrous": (2,)},
+    "one class, demodulated": EXTENDED | {"layers": True, "classes": 1, "demodulated": True},
+    "first hit": EXTENDED
+    | {"layers": True, "vertex_encoder": 8, "classes": 1, "guides": True, "first_hit": True},
     "pyramid": EXTENDED | {"pyramid": 3},
     "all": EXTENDED | {"vertex_encoder": 8, "layers": True, "pyramid": 3},
 }
@@ -190,6 +196,28 @@ def test_gbuffer_equals_paths_without_later_vertices() -> None:
     assert inputs.CHANNELS["paths"][:first] == inputs.CHANNELS["gbuffer"]
 
 
+def test_first_hit_alone_sees_no_later_vertex_and_no_event() -> None:
+    torch.manual_seed(3)
+    config = ModelConfig(**VARIANTS["first hit"])
+    blind, seeing = Sksn(config), Sksn(dataclasses.replace(config, first_hit=False))
+    seeing.load_state_dict(blind.state_dict())
+    assert blind.parameter_count == seeing.parameter_count
+    x = plausible("extended")
+    kept = inputs.first_hit_channels("extended")
+    names = [inputs.CHANNELS["extended"][i] for i in kept]
+    assert names[:6] == list(inputs.COMMON)
+    assert [n.partition(".")[0] for n in names[6::3]][:3] == [
+        f"mbfeat:{kind}:0" for kind in ("albedo", "normal", "direct")
+    ]
+    other = x.clone()
+    hidden = [i for i in range(x.shape[2]) if i not in kept]
+    other[:, :, hidden] = 1.0 - other[:, :, hidden]
+    assert torch.equal(blind(x), blind(other))
+    assert not torch.equal(seeing(x), seeing(other))
+    x[:, :, hidden] = 0.0
+    assert torch.equal(blind(x), seeing(x))
+
+
 @pytest.mark.parametrize("name", VARIANTS)
 def test_every_variant_takes_any_size_and_number_of_samples(name: str) -> None:
     torch.manual_seed(5)
@@ -201,7 +229,8 @@ def test_every_variant_takes_any_size_and_number_of_samples(name: str) -> None:
         assert image.shape == (2, 3, h, w) and torch.isfinite(image).all()
         # Weighted means of radiance are within its range, and so is that of each layer. Of divided
         # radiance they are within the range of that.
-        most = encoding.CLASSES if config.layers else 1 + 1e-4
+        most = config.classes if config.layers else 1
+        most *= 1 + 1e-4
         if config.demodulated:
             most = 1 / encoding.LEAST_ALBEDO
         assert image.min() >= 0 and image.max() <= most

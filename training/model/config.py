@@ -42,6 +42,10 @@ class ModelConfig:
     `affinity`, scaled as learned, so that their edges need not be found by the network.
     `atrous` are the dilations of passes that follow the splat, see training.model.atrous; they need
     features of at least one of both kinds.
+    `classes` is how many kernels a pixel of `layers` has: 3, or 1 for all of its paths together,
+    whose features are then summed up over all of them.
+    `first_hit` hides all but the albedo, normal and direct light of the first hit, and the
+    radiance: the network is the same, and what it lacks is what the later vertices are worth.
     """
 
     features: str = "paths"
@@ -65,6 +69,8 @@ class ModelConfig:
     demodulated: bool = False
     guides: bool = False
     atrous: tuple[int, ...] = ()
+    classes: int = 3
+    first_hit: bool = False
 
     def __post_init__(self) -> None:
         if self.features not in FEATURE_SETS:
@@ -78,7 +84,14 @@ class ModelConfig:
                 raise ConfigError(f"model.{name} is {getattr(self, name)}; it has to be positive")
         if not 1 <= self.vertices <= 6:
             raise ConfigError(f"model.vertices is {self.vertices}; it has to be from 1 to 6")
-        extended = ("valid_bits", "increments", "first_non_delta", "vertex_encoder", "layers")
+        extended = (
+            "valid_bits",
+            "increments",
+            "first_non_delta",
+            "vertex_encoder",
+            "layers",
+            "first_hit",
+        )
         on = [name for name in extended if getattr(self, name)]
         if on and self.features != "extended":
             raise ConfigError(f"model.{on[0]} needs the feature set extended, not {self.features}")
@@ -95,6 +108,10 @@ class ModelConfig:
             raise ConfigError(
                 f"model.atrous is {list(self.atrous)}; it needs positive dilations, and "
                 "model.affinity or model.guides"
+            )
+        if self.classes not in (1, 3) or (self.classes == 1 and not self.layers):
+            raise ConfigError(
+                f"model.classes is {self.classes}; it has to be 3, or with model.layers 1"
             )
         if self.layers and self.steps > 1:
             raise ConfigError(f"model.layers needs model.steps=1, not {self.steps}")

@@ -18,7 +18,6 @@ FLAT = len(COMMON) + len(FEATURES)
 DEPTH_SCALE = 0.3
 EXTENDED_PER_VERTEX = len(EXTENDED) // COUNT  # roughness, distance, throughput
 LEAST_ALBEDO, MOST_ALBEDO = 0.05, 4.0
-CLASSES = 3  # paths that are direct, reflected, transmitted
 
 
 class Vertices:

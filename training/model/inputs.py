@@ -68,6 +68,15 @@ def network_input(
     )
 
 
+def first_hit_channels(features: str) -> list[int]:
+    """What a renderer without path features would have: no events, nothing behind the first hit."""
+    return [
+        i
+        for i, name in enumerate(CHANNELS[features])
+        if (":" not in name or ":0" in name) and name.partition(":")[0] not in EVENT_BITS
+    ]
+
+
 def normal_channels(features: str) -> list[int]:
     """Where the x of each normal is."""
     names = CHANNELS[features]

@@ -13,14 +13,13 @@ from training.model.atrous import ATrous
 from training.model.blocks import UNet, pointwise
 from training.model.config import GUIDE_GROUPS, GUIDES, ModelConfig
 from training.model.encoding import (
-    CLASSES,
     Encoding,
     Vertices,
     demodulator,
     first_non_delta,
     path_class,
 )
-from training.model.inputs import CHANNELS
+from training.model.inputs import CHANNELS, first_hit_channels
 from training.model.pyramid import Pyramid
 from training.model.splat import distances, plain_distances, plain_splat, splat
 
@@ -37,7 +36,7 @@ class Hidden(NamedTuple):
     """What the last layer and the splat work on.
 
     `hidden` [n, units, width, h, w] and `radiance` [n, units, 3, h, w]; units are the samples, or
-    with `layers` the three classes, splatted apart and added. `embedding` [n, width, h, w] is the
+    with `layers` the classes, splatted apart and added. `embedding` [n, width, h, w] is the
     mean over samples after the first step, for the manifold loss. With `demodulated` radiance has
     three more channels, divided by the albedo, whose mean is `albedo` [n, units, 3, h, w], 0 in
     units that have no sample. `alike` [n units, likeness, h, w] are the features of `affinity` and
@@ -63,6 +62,10 @@ class Sksn(nn.Module):
         self.config = config
         wide, norm = config.width, config.weight_norm
         self.encoding = Encoding(config)
+        if config.first_hit:
+            seen = torch.zeros(len(CHANNELS[config.features]), 1, 1)
+            seen[first_hit_channels(config.features)] = 1.0
+            self.register_buffer("seen", seen, persistent=False)
         self.embeddings = nn.ModuleList()
         self.contexts = nn.ModuleList()
         inputs = self.encoding.width
@@ -133,8 +136,7 @@ class Sksn(nn.Module):
             hidden = self.of_classes(classes)
             alike, scales = self.likeness(hidden, classes)
             return Hidden(hidden, light, self._embedding(classes), albedo, alike, scales)
-        flat = x.flatten(0, 1)
-        e = self.encoding(flat)
+        e = self.encoding(self._flat(x))
         context, first = e, e
         for step, (embed, unet) in enumerate(zip(self.embeddings, self.contexts, strict=True)):
             e = embed(e if step == 0 else torch.cat([e, context], dim=1))
@@ -153,15 +155,18 @@ class Sksn(nn.Module):
         classes, h, w].
         """
         n, samples = x.shape[:2]
-        flat = x.flatten(0, 1)
+        count = self.config.classes
+        flat = self._flat(x)
         e = self.embeddings[0](self.encoding(flat))
         if self.config.guides:
             e = torch.cat([e, first_non_delta(Vertices(flat))[:, :GUIDES]], dim=1)
-        mask = path_class(Vertices(flat)).reshape(n, samples, CLASSES, *x.shape[3:])
+        of_three = path_class(Vertices(flat))
+        mask = of_three if count > 1 else of_three.sum(dim=1, keepdim=True)
+        mask = mask.reshape(n, samples, count, *x.shape[3:])
         weights = mask * share
         rows = e.reshape(n, samples, *e.shape[1:])
         sums = []
-        for c in range(CLASSES):
+        for c in range(count):
             weight = weights[:, :, c : c + 1]
             sums.append(torch.cat([(weight * rows).sum(dim=1), weight.sum(dim=1)], dim=1))
         return torch.stack(sums, dim=1), mask
@@ -169,7 +174,7 @@ class Sksn(nn.Module):
     def divisors(self, x: Tensor) -> Tensor:
         """What radiance is divided by [n, samples, 3, h, w]."""
         n, samples = x.shape[:2]
-        return demodulator(Vertices(x.flatten(0, 1))).reshape(n, samples, 3, *x.shape[3:])
+        return demodulator(Vertices(self._flat(x))).reshape(n, samples, 3, *x.shape[3:])
 
     def of_classes(self, classes: Tensor) -> Tensor:
         """The hidden features [n, classes, width, h, w] of what class_sums() gives."""
@@ -202,6 +207,11 @@ class Sksn(nn.Module):
             parts.append(guide_means(classes.flatten(0, 1)))
         alike = torch.cat(parts, dim=1) if parts else None
         return alike, None if self.scales is None else self.scales(flat)
+
+    def _flat(self, x: Tensor) -> Tensor:
+        """The samples of all images one after the other, and of them what the network may see."""
+        flat = x.flatten(0, 1)
+        return flat * self.seen if self.config.first_hit else flat
 
     def _embedding(self, classes: Tensor) -> Tensor:
         """The mean embedding of all samples: every sample is in one class."""
