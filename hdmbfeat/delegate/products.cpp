@@ -37,7 +37,7 @@ CameraUtilConformWindowPolicy conformPolicy(const TfToken& name) {
     return CameraUtilFit;
 }
 
-float pixelAspect(const Product& product, const HdCamera& camera) {
+float pixelAspect(const Product& product, const HdCamera& camera, Diagnostics& diagnostics) {
     const float aspect = product.pixelAspectRatio;
     if (product.aspectRatioConformPolicy == "adjustPixelAspectRatio" &&
         camera.GetHorizontalAperture() > 0.0F && camera.GetVerticalAperture() > 0.0F) {
@@ -45,14 +45,21 @@ float pixelAspect(const Product& product, const HdCamera& camera) {
                static_cast<float>(product.resolution[1]) /
                static_cast<float>(product.resolution[0]);
     }
-    return aspect > 0.0F && aspect < 1e6F ? aspect : 1.0F;
+    if (aspect > 0.0F && aspect < 1e6F) {
+        return aspect;
+    }
+    diagnostics.warn(product.productPath.GetString(),
+                     "pixelAspectRatio is " + std::to_string(aspect) +
+                         ", and no pixel can be that wide; square ones are rendered. Author the "
+                         "width of a pixel by its height, more than 0.");
+    return 1.0F;
 }
 
 ImageWindow imageWindow(const Product& product, const HdCamera& camera, Diagnostics& diagnostics) {
     ImageWindow window;
     window.width = product.resolution[0];
     window.height = product.resolution[1];
-    window.pixelAspectRatio = pixelAspect(product, camera);
+    window.pixelAspectRatio = pixelAspect(product, camera, diagnostics);
     const GfVec2f min = product.dataWindowNDC.GetMin();
     const GfVec2f max = product.dataWindowNDC.GetMax();
     if (const std::optional<PixelRect> data =

@@ -341,6 +341,19 @@ def test_empty_data_window_is_told_and_the_whole_image_rendered(
     assert "/Render/Products/a" in told and "dataWindowNDC" in told
 
 
+def test_pixels_of_no_width_are_told_and_square_ones_rendered(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    stage = open_scene("white_sky")
+    product = add_product(stage, tmp_path / "a.exr", resolution=(6, 4))
+    product.CreatePixelAspectRatioAttr(-2.0)
+    frame = record(stage, tmp_path, samplesPerPixel=1)
+    assert frame.report.warnings == 1
+    assert read_parts(tmp_path / "a.exr")[0].header["pixelAspectRatio"] == 1.0
+    told = capfd.readouterr().err
+    assert "/Render/Products/a" in told and "pixelAspectRatio is -2" in told
+
+
 def test_several_cameras_and_resolutions_in_one_render(tmp_path: Path) -> None:
     stage = open_scene("cockpit")
     kit().camera(stage, "/World/Side", (4.0, 0.5, 1.0), (0.0, 0.0, 0.0), focal_length=46.0)

@@ -134,6 +134,11 @@ def test_a_stage_without_render_settings_and_a_given_reference(run: Run, tmp_pat
     code, _, _, err = run(*arguments, "--reference", image, "--width", "30")
     assert code == 2
     assert "24 pixels wide" in err
+    shot.image[1, 2, 3] = np.nan
+    save_exr(image, shot.image)
+    code, _, _, err = run(*arguments, "--reference", image)
+    assert code == 2
+    assert str(image) in err and "not finite: 1 of 384 pixels" in err
 
 
 def test_what_is_asked_for_wrongly_is_said_before_anything_is_rendered(

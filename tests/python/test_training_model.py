@@ -162,6 +162,25 @@ def test_passes_after_the_splat_are_their_definition() -> None:
         torch.testing.assert_close(found[n, :, y, x], total / weights)
 
 
+def test_passes_have_the_gradients_of_their_plain_twin() -> None:
+    torch.manual_seed(4)
+    likeness = atrous.Likeness(
+        torch.randn(2, 2 + GUIDES, 6, 7, dtype=torch.float64, requires_grad=True),
+        torch.randn(2, 3, 6, 7, dtype=torch.float64, requires_grad=True),
+    )
+    image = torch.rand(2, 3, 6, 7, dtype=torch.float64, requires_grad=True)
+    centre = torch.randn(2, 2, 6, 7, dtype=torch.float64, requires_grad=True)
+    table = torch.rand(2, atrous.TAPS + 1, dtype=torch.float64, requires_grad=True)
+    given = (image, *likeness, centre, table)
+    weights = torch.rand(2, 3, 6, 7, dtype=torch.float64)
+    found = []
+    for plain in (False, True):
+        result = atrous.filtered(image, likeness, centre, table, (1, 3), plain=plain)
+        found.append((result, *torch.autograd.grad((weights * result).sum(), given)))
+    for quick, twin in zip(*found, strict=True):
+        torch.testing.assert_close(quick, twin)
+
+
 def test_guides_are_means_and_filled_where_a_class_is_missing() -> None:
     sums = torch.zeros(1, GUIDES + 1, 5, 5)
     sums[0, :GUIDES, 2, 2] = 0.25 * torch.arange(GUIDES)

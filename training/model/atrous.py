@@ -11,13 +11,14 @@ features", 2021.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import torch
 from torch import Tensor, nn
 from torch.nn.functional import pad
 
-from training.model.splat import OUTSIDE, pairs, scaled_parts
+from training.model.splat import OUTSIDE, Area, distances, pairs, scaled_parts
 
 SIDE = 5
 RADIUS = SIDE // 2
@@ -46,10 +47,11 @@ class ATrous(nn.Module):
         return torch.cat([self.spatial, self.sharpness], dim=1)
 
     def forward(
-        self, image: Tensor, features: Tensor, scales: Tensor | None, hidden: Tensor
+        self, image: Tensor, likeness: Likeness, hidden: Tensor, *, plain: bool = False
     ) -> Tensor:
-        likeness = Likeness(features, scales)
-        return filtered(image, likeness, self.centre(hidden), self.table(), self.dilations)
+        """`plain`: in operators that ONNX has."""
+        centre, table = self.centre(hidden), self.table()
+        return filtered(image, likeness, centre, table, self.dilations, plain=plain)
 
 
 class Likeness(NamedTuple):
@@ -60,15 +62,78 @@ class Likeness(NamedTuple):
 
 
 def filtered(
-    image: Tensor, likeness: Likeness, centre: Tensor, table: Tensor, dilations: tuple[int, ...]
+    image: Tensor,
+    likeness: Likeness,
+    centre: Tensor,
+    table: Tensor,
+    dilations: tuple[int, ...],
+    *,
+    plain: bool = False,
 ) -> Tensor:
     """All passes over `image` [n, c, h, w], with `centre` [n, passes, h, w] and ATrous.table()."""
+    one_pass = _plain_pass if plain else _pass
     for level, dilation in enumerate(dilations):
-        image = _pass(image, likeness, centre[:, level], table[level], dilation)
+        image = one_pass(image, likeness, centre[:, level], table[level], dilation)
     return image
 
 
+class _WeightedSum(torch.autograd.Function):
+    """Of weights [n, TAPS, h, w] and an image, at taps `dilation` apart; 0 outside the image.
+
+    Without it the gradient of every tap would be an image of its own.
+    """
+
+    @staticmethod
+    def forward(ctx: Any, weights: Tensor, image: Tensor, dilation: int) -> Tensor:
+        ctx.save_for_backward(weights, image)
+        ctx.dilation = dilation
+        total = torch.zeros_like(image)
+        for tap, here, there in _areas(*image.shape[-2:], dilation):
+            total[here] += weights[here][:, tap, None] * image[there]
+        return total
+
+    @staticmethod
+    def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, Tensor, None]:
+        weights, image = ctx.saved_tensors
+        (gradient,) = gradients
+        to_weights, to_image = torch.zeros_like(weights), torch.zeros_like(image)
+        for tap, here, there in _areas(*image.shape[-2:], ctx.dilation):
+            torch.sum(gradient[here] * image[there], dim=1, out=to_weights[here][:, tap])
+            to_image[there] += weights[here][:, tap, None] * gradient[here]
+        return to_weights, to_image, None
+
+
+def _areas(height: int, width: int, dilation: int) -> Iterator[tuple[int, Area, Area]]:
+    """Of each tap the pixels that have it inside the image, and where it is."""
+    every = slice(None)
+    for tap in range(TAPS):
+        down, right = dilation * (tap // SIDE - RADIUS), dilation * (tap % SIDE - RADIUS)
+        if abs(down) < height and abs(right) < width:
+            rows = slice(max(-down, 0), height - max(down, 0))
+            columns = slice(max(-right, 0), width - max(right, 0))
+            there = (
+                slice(rows.start + down, rows.stop + down),
+                slice(columns.start + right, columns.stop + right),
+            )
+            yield tap, (every, every, rows, columns), (every, every, *there)
+
+
 def _pass(
+    image: Tensor, likeness: Likeness, centre: Tensor, table: Tensor, dilation: int
+) -> Tensor:
+    features, scales = likeness
+    # In the order of a splat's taps, which are those of a gathering the other way round.
+    apart = distances(features, SIDE, scales, dilation=dilation, own=True).flip(1)
+    outside = torch.full_like(apart[:1], OUTSIDE)
+    for tap, here, _ in _areas(*image.shape[-2:], dilation):
+        outside[here][:, tap] = 0.0
+    own = torch.nn.functional.pad(centre[:, None], (0, 0, 0, 0, MIDDLE, MIDDLE))
+    logits = table[:TAPS, None, None] - table[TAPS] * apart + outside + own
+    total: Tensor = _WeightedSum.apply(torch.softmax(logits, dim=1), image, dilation)
+    return total
+
+
+def _plain_pass(
     image: Tensor, likeness: Likeness, centre: Tensor, table: Tensor, dilation: int
 ) -> Tensor:
     features, scales = likeness

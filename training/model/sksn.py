@@ -9,7 +9,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn.utils import parametrize
 
-from training.model.atrous import ATrous
+from training.model.atrous import ATrous, Likeness
 from training.model.blocks import UNet, pointwise
 from training.model.config import GUIDE_GROUPS, GUIDES, ModelConfig
 from training.model.encoding import (
@@ -241,7 +241,9 @@ class Sksn(nn.Module):
                 logits = logits - apart(state.alike, self.config.kernel, state.scales)[:, None]
             image = splatter(logits, radiance)
             if self.atrous is not None and state.alike is not None:
-                image = self.atrous(image, state.alike, state.scales, hidden[:, 0])
+                likeness = Likeness(state.alike, state.scales)
+                plain = splatter is plain_splat
+                image = self.atrous(image, likeness, hidden[:, 0], plain=plain)
         if self.config.layers:
             parts = image.reshape(n, units, *image.shape[1:])
             if self.gate is not None and state.albedo is not None:

@@ -114,29 +114,34 @@ class _Distances(torch.autograd.Function):
     """Tap by tap, since all at once would be `d` times the memory of all logits."""
 
     @staticmethod
-    def forward(ctx: Any, features: Tensor, scales: Tensor | None, k: int) -> Tensor:
+    def forward(
+        ctx: Any, features: Tensor, scales: Tensor | None, k: int, dilation: int, own: bool
+    ) -> Tensor:
         n, _, height, width = features.shape
         found = features.new_zeros((n, k * k, height, width))
-        for pair in pairs(k, height, width):
+        for pair in pairs(k, height, width, dilation):
             first, second = pair.opposite(found, k)
+            goes, comes = (pair.here, pair.there) if own else (pair.there, pair.here)
             for part, scale in scaled_parts(features, scales):
                 apart = ((features[pair.here][:, part] - features[pair.there][:, part]) ** 2).sum(1)
-                # Of a pair the one's tap goes to the other, whose scale counts.
-                first += apart if scale is None else apart * scale[pair.there][:, 0] ** 2
-                second += apart if scale is None else apart * scale[pair.here][:, 0] ** 2
+                # Of a pair the one's tap goes to the other, whose scale counts, or its own.
+                first += apart if scale is None else apart * scale[goes][:, 0] ** 2
+                second += apart if scale is None else apart * scale[comes][:, 0] ** 2
         ctx.save_for_backward(features, scales)
-        ctx.k = k
+        ctx.k, ctx.dilation, ctx.own = k, dilation, own
         return found
 
     @staticmethod
-    def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, Tensor | None, None]:
+    def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor, Tensor | None, None, None, None]:
         features, scales = ctx.saved_tensors
         (gradient,) = gradients
         height, width = features.shape[-2:]
         to_features = torch.zeros_like(features)
         to_scales = None if scales is None else torch.zeros_like(scales)
-        for pair in pairs(ctx.k, height, width):
+        for pair in pairs(ctx.k, height, width, ctx.dilation):
             first, second = pair.opposite(gradient, ctx.k)
+            if ctx.own:  # whose scale counts is all that tells the two apart
+                first, second = second, first
             of_scales = None if to_scales is None else scaled_parts(features, to_scales)
             for part, scale in scaled_parts(features, scales):
                 to_scale = None if of_scales is None else next(of_scales)[1]
@@ -151,7 +156,7 @@ class _Distances(torch.autograd.Function):
                 change = 2.0 * change * weight[:, None]
                 to_features[pair.here][:, part] += change
                 to_features[pair.there][:, part] -= change
-        return to_features, to_scales, None
+        return to_features, to_scales, None, None, None
 
 
 def scaled_parts(features: Tensor, scales: Tensor | None) -> Iterator[tuple[slice, Tensor | None]]:
@@ -201,14 +206,22 @@ def pairs(k: int, height: int, width: int, dilation: int = 1) -> Iterator[Pair]:
             yield Pair(tap, here, there, (left, right, up, 0), (right, left, 0, up))
 
 
-def distances(features: Tensor, k: int, scales: Tensor | None = None) -> Tensor:
+def distances(
+    features: Tensor,
+    k: int,
+    scales: Tensor | None = None,
+    *,
+    dilation: int = 1,
+    own: bool = False,
+) -> Tensor:
     """Squared distances [n, k k, h, w] of features [n, d, h, w] at a pixel from those at its taps.
 
     With `scales` [n, 3, h, w] the last features are guides, whose differences are multiplied by
-    those of the pixel that a tap goes to. 0 where that is outside the image.
+    those of the pixel that a tap goes to, with `own` of the tap's own pixel. 0 where that is
+    outside the image. Taps lie `dilation` pixels apart.
     """
     found: Tensor = _Distances.apply(
-        features.contiguous(), None if scales is None else scales.contiguous(), k
+        features.contiguous(), None if scales is None else scales.contiguous(), k, dilation, own
     )
     return found
 

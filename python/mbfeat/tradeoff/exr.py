@@ -20,6 +20,11 @@ def read_layers(path: Path) -> dict[str, Image]:
 
     Values that are not finite become zero. Raises ImageFileError.
     """
+    layers = _stored_layers(path)
+    return {name: np.nan_to_num(a, nan=0.0, posinf=0.0, neginf=0.0) for name, a in layers.items()}
+
+
+def _stored_layers(path: Path) -> dict[str, Image]:
     import OpenEXR
 
     found: dict[str, dict[str, Image]] = {}
@@ -36,14 +41,20 @@ def read_layers(path: Path) -> dict[str, Image]:
     for layer, channels in found.items():
         for triple in TRIPLES:
             if all(component in channels for component in triple):
-                stacked = np.stack([channels[component] for component in triple])
-                layers[layer] = np.nan_to_num(stacked, nan=0.0, posinf=0.0, neginf=0.0)
+                layers[layer] = np.stack([channels[component] for component in triple])
     return layers
 
 
 def read_color(path: Path) -> Image:
-    """The image of an EXR file, [3, height, width]. Raises ImageFileError."""
-    layers = read_layers(path)
+    """The image of an EXR file, [3, height, width], all finite. Raises ImageFileError."""
+    layers = _stored_layers(path)
     if "color" not in layers:
         raise ImageFileError(f"{path} has no channels R, G and B; name a file of the image itself")
-    return layers["color"]
+    color = layers["color"]
+    bad = int((~np.isfinite(color)).any(axis=0).sum())
+    if bad:
+        raise ImageFileError(
+            f"{path} is not finite: {bad} of {color[0].size} pixels, against which no error can "
+            "be told; render it again, or mend them"
+        )
+    return color
