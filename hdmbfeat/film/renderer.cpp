@@ -13,16 +13,15 @@
 #include <utility>
 
 #include "core/clock.h"
-#include "core/parallel.h"
 #include "core/sampler.h"
 #include "film/filmDenoiser.h"
 #include "film/filmMemory.h"
 #include "film/host.h"
+#include "film/passRenderer.h"
 #include "film/progress.h"
 #include "film/refinement.h"
-#include "film/risingPass.h"
+#include "film/renderClock.h"
 #include "film/samplingRate.h"
-#include "film/tiles.h"
 #include "integrate/effectParts.h"
 
 namespace mbfeat {
@@ -36,31 +35,9 @@ double cpuSeconds() {
     return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// Whether renders may stop at an error or at a time. A build without that measures what it costs
-/// renders that do not (tests/bench/targets).
-#if defined(MBFEAT_WITHOUT_TARGETS)
-constexpr bool kHasTargets = false;
-#else
-constexpr bool kHasTargets = true;
-#endif
-
-/// Samples of the next pass over the image: few at first where somebody watches or time is short.
-int passSamples(const RenderJob& job, int done, int total) {
-    constexpr int kBatchPass = 16;
-    const bool fewAtFirst = job.interactive || (kHasTargets && job.options.timeLimit > 0.0);
-    const int wanted = fewAtFirst ? std::clamp(done, 1, kBatchPass) : kBatchPass;
-    return std::min(wanted, total - done);
-}
-
 double pixelsOf(const RenderView& view) {
     return pixelCount(view.film->window().data);
 }
-
-/// What a render thread works with.
-struct Worker {
-    std::unique_ptr<PathWorker> tracer;
-    std::vector<PixelSample> batch;
-};
 
 std::uint64_t viewSamples(const RenderView& view) {
     const PixelRect& data = view.film->window().data;
@@ -101,10 +78,13 @@ void addView(EffectCensus& census, const RenderView& view, bool hasLens) {
 
 } // namespace
 
-struct Renderer::Impl {
+struct Renderer::Impl final : PassObserver {
     FilmMemoryUser filmMemory; ///< of the frames that follow one another
 
-    explicit Impl(Scene& scene) : scene(scene), integrator(scene) {
+    explicit Impl(Scene& scene)
+        : scene(scene),
+          integrator(scene),
+          passes(integrator, *this, stopping) {
         thread = std::thread([this] { run(); });
     }
 
@@ -127,7 +107,9 @@ struct Renderer::Impl {
     }
 
     bool interrupted() const { return Host::instance().stopRequested(); }
-    bool shouldStop() const { return stopping.load(std::memory_order_relaxed) || interrupted(); }
+    bool shouldStop() const override {
+        return stopping.load(std::memory_order_relaxed) || interrupted();
+    }
 
     void run() {
         for (;;) {
@@ -174,7 +156,7 @@ struct Renderer::Impl {
 
         const BuildStatistics built = integrator.builds();
         const bool committed = integrator.commit(job.options, [this] { return shouldStop(); });
-        phase("commit", secondsSince(begin.load()));
+        phase("commit", clock.allSeconds());
         if (stopping.load()) {
             return;
         }
@@ -189,7 +171,7 @@ struct Renderer::Impl {
             report.builds = integrator.builds() - built;
         }
 
-        const double samplingBegin = activeSeconds();
+        const double samplingBegin = clock.activeSeconds();
         rate.start(samplingBegin);
         const double cpuBegin = cpuSeconds();
         ProgressReporter reporter(job.interactive ? Host::ProgressStyle::kNone
@@ -202,7 +184,7 @@ struct Renderer::Impl {
         progressReporter = nullptr;
         reporter.update(progress());
         reporter.finish();
-        reportSamplingSeconds(activeSeconds() - samplingBegin);
+        reportSamplingSeconds(clock.activeSeconds() - samplingBegin);
         {
             const std::lock_guard lock(reportMutex);
             report.samplingCpuSeconds = cpuSeconds() - cpuBegin;
@@ -301,9 +283,6 @@ struct Renderer::Impl {
             report.errors.push_back(subject + ": " + problem->text);
             return;
         }
-        startWorkers();
-        reportView(view);
-        setDeadline(index);
         refinement.reset();
         if (kHasTargets && estimatesError(job.options)) {
             refinement = std::make_unique<Refinement>(view.film->window().data,
@@ -311,13 +290,16 @@ struct Renderer::Impl {
                                                                        job.options.adaptive,
                                                                        view.samplesPerPixel});
         }
+        passes.begin(job, view, refinement.get());
+        reportView(view);
+        setDeadline(index);
         forecasts.clear();
         const StopReason stop = refine(index);
         if (!stopping.load()) {
             reportSampling(index, stop);
         }
+        passes.end();
         refinement.reset();
-        workers.clear();
     }
 
     /// What the view calls for, how it is traced, and the memory that takes.
@@ -325,8 +307,8 @@ struct Renderer::Impl {
         const std::lock_guard lock(reportMutex);
         report.kernel = integrator.kernel();
         addView(report.census, view, integrator.hasLens());
-        report.memory = integrator.memory(*workers.front().tracer);
-        report.workers = workers.size();
+        report.memory = integrator.memory(passes.worker());
+        report.workers = passes.workerCount();
         report.filmBytes += view.film->bytes();
         report.filmAovs += view.film->aovs().size();
     }
@@ -336,18 +318,18 @@ struct Renderer::Impl {
         const RenderView& view = job.views[index];
         int done = 0;
         while (done < view.samplesPerPixel) {
-            int samples = passSamples(job, done, view.samplesPerPixel);
+            int samples = passes.passSamples(done);
             if (refines()) {
                 samples = std::min(samples, refinement->nextCheck() - done);
             }
-            renderPass(view, done, samples);
+            passes.render(done, samples);
             if (shouldStop()) {
                 return StopReason::kInterrupted;
             }
             done += samples;
-            rate.mark(samplesDone, activeSeconds());
+            rate.mark(samplesDone, clock.activeSeconds());
             if (refines() && done == refinement->nextCheck()) {
-                refinement->check(done, rowLoop());
+                refinement->check(done, passes.rowLoop());
                 samplesTotal = samplesDone + refinement->samplesLeft() + jobSamples(job, index + 1);
                 const std::lock_guard lock(reporterMutex);
                 keepForecast(progress());
@@ -356,8 +338,8 @@ struct Renderer::Impl {
                 }
             }
             if (timeIsUp()) {
-                return done < view.samplesPerPixel || passCut ? StopReason::kTimeLimit
-                                                              : StopReason::kSamples;
+                return done < view.samplesPerPixel || passes.wasCut() ? StopReason::kTimeLimit
+                                                                      : StopReason::kSamples;
             }
         }
         return StopReason::kSamples;
@@ -365,9 +347,8 @@ struct Renderer::Impl {
 
     /// Views share what is left of the time by their samples.
     void setDeadline(std::size_t index) {
-        passCut = false;
         if (job.options.timeLimit > 0.0) {
-            const double now = activeSeconds();
+            const double now = clock.activeSeconds();
             const double share = static_cast<double>(viewSamples(job.views[index])) /
                                  static_cast<double>(jobSamples(job, index));
             deadline = now + std::max(job.options.timeLimit - now, 0.0) * share;
@@ -375,18 +356,10 @@ struct Renderer::Impl {
     }
 
     /// Whether a view that has something in every pixel is to end.
-    bool timeIsUp() const {
-        return kHasTargets && job.options.timeLimit > 0.0 && activeSeconds() >= deadline;
+    bool timeIsUp() const override {
+        return kHasTargets && job.options.timeLimit > 0.0 && clock.activeSeconds() >= deadline;
     }
     bool refines() const { return kHasTargets && refinement != nullptr; }
-
-    RowLoop rowLoop() {
-        return [this](int rows, const std::function<void(int)>& body) {
-            constexpr int kChunk = 16;
-            pool->run(0, rows, kChunk, nullptr,
-                      [&](std::int64_t row, int) { body(static_cast<int>(row)); });
-        };
-    }
 
     void reportSampling(std::size_t index, StopReason stop) {
         const RenderView& view = job.views[index];
@@ -394,7 +367,7 @@ struct Renderer::Impl {
         outcome.stop = stop;
         outcome.forecasts = std::move(forecasts);
         if (refinement && outcome.fewest >= Refinement::kLeastSamples) {
-            outcome.error = refinement->estimate(rowLoop());
+            outcome.error = refinement->estimate(passes.rowLoop());
         }
         const double target = job.options.targetError;
         if (target > 0.0 && stop == StopReason::kSamples) {
@@ -409,124 +382,15 @@ struct Renderer::Impl {
         report.sampling.add(outcome, pixelsBefore, pixelsOf(view));
     }
 
-    void startWorkers() {
-        const int wanted = job.options.threads > 0 ? job.options.threads : hardwareThreads();
-        if (!pool || poolThreads != wanted) {
-            pool = std::make_unique<ThreadPool>(wanted);
-            poolThreads = wanted;
-        }
-        workers.clear();
-        for (int i = 0; i < pool->threadCount(); ++i) {
-            workers.push_back({integrator.makeWorker(), {}});
-        }
-    }
-
-    void renderPass(const RenderView& view, int first, int samples) {
-        // The first pass is finished whatever it takes: no pixel is without samples.
-        mayCut = job.options.timeLimit > 0.0 && first > 0;
-        if (!job.interactive || first > 0) {
-            renderGrid(view, PixelGrid(), first, samples);
-            return;
-        }
-        for (const PixelGrid& grid : kRisingGrids) {
-            if (!shouldStop()) {
-                renderGrid(view, grid, first, samples);
-            }
-        }
-    }
-
-    /// The pass, or that grid's part of it.
-    void renderGrid(const RenderView& view, const PixelGrid& grid, int first, int samples) {
-        const PixelRect& rect = view.film->window().data;
-        // A batch shows when it is whole: the first ones of a viewer are small.
-        constexpr int kFirstBatch = 1024;
-        const int capacity = workers.front().tracer->capacity();
-        const int batch =
-            job.interactive && first == 0 ? std::min(kFirstBatch, capacity) : capacity;
-        // Tiles of as many pixels of the grid as they would have of a whole image of that size.
-        const PixelRect pixels{0, 0, (rect.width + grid.stride - 1) / grid.stride,
-                               (rect.height + grid.stride - 1) / grid.stride};
-        const int side =
-            grid.stride * (job.options.tileSize > 0
-                               ? job.options.tileSize
-                               : fittedTile(pixels, samples, batch, pool->threadCount()));
-        const std::vector<TileGroup> groups =
-            refines() && !refinement->allActive()
-                ? groupTiles(refinement->activeBlocks(), samples, batch, pool->threadCount())
-                : singleTiles(rect, side);
-        pool->run(0, static_cast<std::int64_t>(groups.size()), 1, &stopping,
-                  [&](std::int64_t index, int thread) {
-                      if (waitWhilePaused()) {
-                          renderTiles(view, groups[static_cast<std::size_t>(index)], grid, first,
-                                      samples, workers[static_cast<std::size_t>(thread)]);
-                          reportProgress();
-                      }
-                  });
-    }
-
-    void renderTiles(const RenderView& view, const TileGroup& tiles, const PixelGrid& grid,
-                     int first, int samples, Worker& worker) {
-        const PixelRect& data = view.film->window().data;
-        const auto capacity = static_cast<std::size_t>(worker.tracer->capacity());
-        const bool alternates = refines();
-        worker.batch.clear();
-        for (const PixelRect& tile : tiles) {
-            for (int y = tile.y; y < tile.y + tile.height; ++y) {
-                for (int x = tile.x; x < tile.x + tile.width; ++x) {
-                    if (!grid.has(x - data.x, y - data.y)) {
-                        continue;
-                    }
-                    for (int s = first; s < first + samples; ++s) {
-                        const auto sample = static_cast<std::uint32_t>(s);
-                        worker.batch.push_back(
-                            {x, y, alternates ? alternatingIndex(sample) : sample});
-                        if (worker.batch.size() == capacity && !traceBatch(view, worker)) {
-                            return;
-                        }
-                    }
-                }
-            }
-        }
-        traceBatch(view, worker);
-    }
-
-    /// Traces the collected samples and adds them to the film; false when it was stopped. A pixel's
-    /// samples are added in order, whatever the batches.
-    bool traceBatch(const RenderView& view, Worker& worker) {
-        const auto count = static_cast<int>(worker.batch.size());
-        if (mayCut && timeIsUp()) {
-            passCut = true;
-            return false;
-        }
-        if (!integrator.trace(*worker.tracer, worker.batch.data(), count,
-                              [this] { return shouldStop(); })) {
-            return false;
-        }
-        // Samples of one pixel lie side by side.
-        const PixelSample* const batch = worker.batch.data();
-        for (int i = 0, end = 0; i < count; i = end) {
-            while (end < count && batch[end].x == batch[i].x && batch[end].y == batch[i].y) {
-                ++end;
-            }
-            const ConstPathRecords records =
-                worker.tracer->records().from(static_cast<std::size_t>(i));
-            if (refines()) {
-                refinement->sums().add(batch[i].x, batch[i].y, sequenceOf(batch[i].index), records,
-                                       end - i);
-            }
-            view.film->add(batch[i].x, batch[i].y, records, end - i);
-        }
-        view.film->addToDenoiser(batch, worker.tracer->records(), count);
-        samplesDone.fetch_add(static_cast<std::uint64_t>(count), std::memory_order_relaxed);
-        worker.batch.clear();
-        return true;
+    void addSamples(std::uint64_t count) override {
+        samplesDone.fetch_add(count, std::memory_order_relaxed);
     }
 
     /// Blocks during a pause; false when the work is to end.
-    bool waitWhilePaused() {
-        if (paused.load(std::memory_order_relaxed)) {
+    bool waitWhilePaused() override {
+        if (clock.isPaused()) {
             std::unique_lock lock(mutex);
-            while (paused && !shouldStop()) {
+            while (clock.isPaused() && !shouldStop()) {
                 // The host's interruption has no condition variable of ours to notify.
                 wake.wait_for(lock, std::chrono::milliseconds(50));
             }
@@ -536,24 +400,13 @@ struct Renderer::Impl {
 
     void setPaused(bool on) {
         const std::lock_guard lock(mutex);
-        if (on == paused) {
-            return;
+        if (on != clock.isPaused()) {
+            clock.setPaused(on);
+            wake.notify_all();
         }
-        if (on) {
-            pauseBegin = Clock::now();
-        } else {
-            pausedSeconds = pausedSeconds + secondsSince(pauseBegin.load());
-        }
-        paused = on;
-        wake.notify_all();
     }
 
-    double activeSeconds() const {
-        const double pause = paused ? secondsSince(pauseBegin.load()) : 0.0;
-        return secondsSince(begin.load()) - pausedSeconds - pause;
-    }
-
-    void reportProgress() {
+    void reportProgress() override {
         const std::unique_lock lock(reporterMutex, std::try_to_lock);
         if (lock.owns_lock() && progressReporter != nullptr) {
             const RenderProgress now = progress();
@@ -578,7 +431,7 @@ struct Renderer::Impl {
             return p;
         }
         p.fraction = static_cast<double>(p.samples) / static_cast<double>(samplesTotal);
-        p.seconds = activeSeconds();
+        p.seconds = clock.activeSeconds();
         if (p.seconds > 0.0) {
             p.samplesPerSecond = static_cast<double>(p.samples) / p.seconds;
         }
@@ -597,26 +450,20 @@ struct Renderer::Impl {
     Integrator integrator;
 
     std::thread thread;
-    std::unique_ptr<ThreadPool> pool; ///< the render threads, kept from pass to pass
-    int poolThreads = 0;
-    std::vector<Worker> workers; ///< one a thread of the pool, for the view that is rendered
+    PassRenderer passes;
     std::unique_ptr<Refinement> refinement; ///< of that view; null where no error is estimated
     std::vector<Forecast> forecasts;        ///< of that view; under reporterMutex
     bool tenthTold = false;                 ///< whether the job has that of a tenth; likewise
     double deadline = 0.0;                  ///< of that view, in active seconds
-    bool mayCut = false;                    ///< whether the running pass may end at the deadline
-    std::atomic<bool> passCut{false};       ///< it did
     mutable std::mutex mutex;
     std::condition_variable wake, idle;
     bool quit = false;
     bool hasJob = false;
     RenderJob job;
     std::shared_ptr<JobState> state; ///< of the job
-    std::atomic<bool> stopping{false}, paused{false}, converged{true};
+    std::atomic<bool> stopping{false}, converged{true};
 
-    std::atomic<Clock::time_point> begin{Clock::time_point{}};
-    std::atomic<Clock::time_point> pauseBegin{Clock::time_point{}};
-    std::atomic<double> pausedSeconds{0.0};
+    RenderClock clock;
     std::atomic<std::uint64_t> samplesDone{0}, samplesTotal{0};
     SamplingRate rate;
     std::mutex reporterMutex;
@@ -655,11 +502,9 @@ std::shared_ptr<const JobState> Renderer::start(RenderJob job) {
         impl_->state = std::make_shared<JobState>();
         impl_->samplesDone = 0;
         impl_->samplesTotal = jobSamples(impl_->job, 0);
-        impl_->begin = Clock::now();
-        impl_->pauseBegin = impl_->begin.load();
+        impl_->clock.start();
         impl_->rate.start(0.0);
         impl_->tenthTold = false;
-        impl_->pausedSeconds = 0.0;
         impl_->converged = false;
         impl_->hasJob = true;
     }
@@ -684,7 +529,7 @@ void Renderer::resume() {
 }
 
 bool Renderer::isPaused() const {
-    return impl_->paused;
+    return impl_->clock.isPaused();
 }
 
 bool Renderer::isRendering() const {

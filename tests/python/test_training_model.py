@@ -248,8 +248,7 @@ def test_every_variant_takes_any_size_and_number_of_samples(name: str) -> None:
         assert image.shape == (2, 3, h, w) and torch.isfinite(image).all()
         # Weighted means of radiance are within its range, and so is that of each layer. Of divided
         # radiance they are within the range of that.
-        most = config.classes if config.layers else 1
-        most *= 1 + 1e-4
+        most = (config.classes if config.layers else 1) * (1 + 1e-4)
         if config.demodulated:
             most = 1 / encoding.LEAST_ALBEDO
         assert image.min() >= 0 and image.max() <= most

@@ -88,7 +88,7 @@ class _WeightedSum(torch.autograd.Function):
         ctx.save_for_backward(weights, image)
         ctx.dilation = dilation
         total = torch.zeros_like(image)
-        for tap, here, there in _areas(*image.shape[-2:], dilation):
+        for tap, here, there in _areas(image, dilation):
             total[here] += weights[here][:, tap, None] * image[there]
         return total
 
@@ -97,14 +97,15 @@ class _WeightedSum(torch.autograd.Function):
         weights, image = ctx.saved_tensors
         (gradient,) = gradients
         to_weights, to_image = torch.zeros_like(weights), torch.zeros_like(image)
-        for tap, here, there in _areas(*image.shape[-2:], ctx.dilation):
+        for tap, here, there in _areas(image, ctx.dilation):
             torch.sum(gradient[here] * image[there], dim=1, out=to_weights[here][:, tap])
             to_image[there] += weights[here][:, tap, None] * gradient[here]
         return to_weights, to_image, None
 
 
-def _areas(height: int, width: int, dilation: int) -> Iterator[tuple[int, Area, Area]]:
+def _areas(image: Tensor, dilation: int) -> Iterator[tuple[int, Area, Area]]:
     """Of each tap the pixels that have it inside the image, and where it is."""
+    height, width = image.shape[-2:]
     every = slice(None)
     for tap in range(TAPS):
         down, right = dilation * (tap // SIDE - RADIUS), dilation * (tap % SIDE - RADIUS)
@@ -125,7 +126,7 @@ def _pass(
     # In the order of a splat's taps, which are those of a gathering the other way round.
     apart = distances(features, SIDE, scales, dilation=dilation, own=True).flip(1)
     outside = torch.full_like(apart[:1], OUTSIDE)
-    for tap, here, _ in _areas(*image.shape[-2:], dilation):
+    for tap, here, _ in _areas(image, dilation):
         outside[here][:, tap] = 0.0
     own = torch.nn.functional.pad(centre[:, None], (0, 0, 0, 0, MIDDLE, MIDDLE))
     logits = table[:TAPS, None, None] - table[TAPS] * apart + outside + own
