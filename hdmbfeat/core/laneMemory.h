@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstring>
 #include <type_traits>
 
 #include "core/lane.h"
@@ -38,6 +39,14 @@ inline constexpr bool kIsBatch = !std::is_floating_point_v<T>;
 
 inline float toFloat(std::int32_t x) {
     return static_cast<float>(x);
+}
+/// Of whole numbers.
+inline std::int32_t toInteger(float x) {
+    return static_cast<std::int32_t>(x);
+}
+template <class A>
+xsimd::batch<std::int32_t, A> toInteger(const xsimd::batch<float, A>& x) {
+    return xsimd::to_int(x);
 }
 template <class A>
 xsimd::batch<float, A> toFloat(const xsimd::batch<std::int32_t, A>& x) {
@@ -133,6 +142,38 @@ IntLane<T> gatherIntLanes(const std::int32_t* base, const IntLane<T>& index) {
 #endif
     else {
         return IntLane<T>::gather(base, index);
+    }
+}
+
+/// The 32 bits, of any alignment, that begin so many bytes after base.
+template <class T>
+IntLane<T> gatherWordsAt(const std::uint8_t* base, const IntLane<T>& bytes) {
+    const auto at = [base](std::int32_t offset) {
+        std::int32_t word = 0;
+        std::memcpy(&word, base + offset, sizeof(word));
+        return word;
+    };
+    if constexpr (!kIsBatch<T>) {
+        return at(bytes);
+    }
+#if defined(__AVX512F__)
+    else if constexpr (LaneTraits<T>::kWidth == 16) {
+        return IntLane<T>(_mm512_i32gather_epi32(bytes, base, 1));
+    }
+#endif
+#if defined(__AVX2__)
+    else if constexpr (LaneTraits<T>::kWidth == 8) {
+        return IntLane<T>(
+            _mm256_i32gather_epi32(reinterpret_cast<const std::int32_t*>(base), bytes, 1));
+    }
+#endif
+    else {
+        alignas(64) std::int32_t lanes[LaneTraits<T>::kWidth];
+        storeIntLanes<T>(lanes, bytes);
+        for (std::int32_t& lane : lanes) {
+            lane = at(lane);
+        }
+        return loadIntLanes<T>(lanes);
     }
 }
 

@@ -137,7 +137,22 @@ Image::Image(int width, int height, int channels, Storage storage, std::vector<s
       height_(height),
       channels_(channels),
       storage_(storage),
-      data_(std::move(data)) {}
+      bytes_(data.size()),
+      data_(std::move(data)) {
+    data_.reserve(bytes_ + kPadding); // no more: resize() alone might double it
+    data_.resize(bytes_ + kPadding);
+}
+
+bool Image::hasLanes() const {
+    constexpr std::size_t kMostBytes = std::size_t{1} << 31U;
+    const bool simple =
+        storage_ == Storage::kUNorm8 || storage_ == Storage::kSrgb8 || storage_ == Storage::kFloat;
+    return simple && data_.size() <= kMostBytes;
+}
+
+const float* Image::srgbCodes() {
+    return srgbTable<std::uint8_t>();
+}
 
 Float4 Image::texel(int x, int y) const {
     const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +

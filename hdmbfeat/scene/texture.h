@@ -48,7 +48,7 @@ public:
     int height() const { return height_; }
     int channels() const { return channels_; }
     Storage storage() const { return storage_; }
-    std::size_t bytes() const { return data_.size(); }
+    std::size_t bytes() const { return bytes_; }
 
     /// The texel as RGBA: one channel is replicated to rgb with alpha 1; two are luminance and
     /// alpha; three get alpha 1. x, y inside the image.
@@ -58,9 +58,19 @@ public:
     /// [0, 1] and clamps inside, so that an edge shows no dark seam. st that is not finite: black.
     Float4 sample(Float2 st, Wrap wrapS, Wrap wrapT) const;
 
+    /// Whether scene/textureLanes.h can look it up: 8-bit or float texels, at most 2 GiB of them.
+    bool hasLanes() const;
+    /// The texels, and three bytes behind them.
+    const std::uint8_t* data() const { return data_.data(); }
+    /// Linear light of the 256 sRGB codes.
+    static const float* srgbCodes();
+
 private:
+    /// So that the last texel can be read as 32 bits.
+    static constexpr std::size_t kPadding = 3;
     int width_ = 0, height_ = 0, channels_ = 0;
     Storage storage_ = Storage::kFloat;
+    std::size_t bytes_ = 0;
     std::vector<std::uint8_t> data_;
 };
 

@@ -1,5 +1,6 @@
 #include "shading/material.h"
 
+#include <algorithm>
 #include <limits>
 
 #include "core/floatTraps.h"
@@ -9,10 +10,7 @@ namespace mbfeat {
 
 namespace {
 
-/// Radiance beyond this is treated as a mistake that must not overflow float sums.
-constexpr float kMaxEmission = 1e12F;
-constexpr float kMinIor = 0.01F;
-constexpr float kMaxIor = 100.0F;
+using material::Range;
 
 const MaterialInput& inputOf(const Material& material, MaterialSlot slot) {
     switch (slot) {
@@ -42,56 +40,55 @@ const MaterialInput& inputOf(const Material& material, MaterialSlot slot) {
     return material.normal;
 }
 
-float inRange(float value, float lo, float hi, float fallback) {
-    return std::isnan(value) ? fallback : clamp(value, lo, hi);
+float inRange(float value, const Range& range) {
+    return std::isnan(value) ? range.fallback : clamp(value, range.least, range.most);
 }
 
-Float3 inRange(const Float3& value, float lo, float hi, float fallback) {
-    return {inRange(value.x, lo, hi, fallback), inRange(value.y, lo, hi, fallback),
-            inRange(value.z, lo, hi, fallback)};
+Float3 inRange(const Float3& value, const Range& range) {
+    return {inRange(value.x, range), inRange(value.y, range), inRange(value.z, range)};
 }
 
 /// A tangent-space normal of unit length; (0, 0, 1) where there is no direction in the value.
 Float3 unitNormal(const Float3& value) {
     const Float3 up(0.0F, 0.0F, 1.0F);
-    if (!isFinite(value) || maxComponent(abs(value)) > 1e18F) {
+    if (!isFinite(value) || maxComponent(abs(value)) > material::kLongestNormal) {
         return up; // its square would overflow
     }
     const float norm = length(value);
-    return norm > 1e-6F ? value / norm : up;
+    return norm > material::kShortestNormal ? value / norm : up;
 }
 
 /// Writes one input into the parameters, clamped. Opacity inputs are kept by evaluateOpacity().
 void store(MaterialSlot slot, const Float3& value, SurfaceParameters<float>& p) {
     switch (slot) {
     case MaterialSlot::kDiffuseColor:
-        p.diffuseColor = inRange(value, 0.0F, 1.0F, 0.18F);
+        p.diffuseColor = inRange(value, material::kDiffuse);
         break;
     case MaterialSlot::kEmissiveColor:
-        p.emission = inRange(value, 0.0F, kMaxEmission, 0.0F);
+        p.emission = inRange(value, material::kEmission);
         break;
     case MaterialSlot::kSpecularColor:
-        p.specularColor = inRange(value, 0.0F, 1.0F, 0.0F);
+        p.specularColor = inRange(value, material::kSpecular);
         break;
     case MaterialSlot::kMetallic:
-        p.metallic = inRange(value.x, 0.0F, 1.0F, 0.0F);
+        p.metallic = inRange(value.x, material::kMetallic);
         break;
     case MaterialSlot::kRoughness:
-        p.roughness = inRange(value.x, 0.0F, 1.0F, 0.5F);
+        p.roughness = inRange(value.x, material::kRoughness);
         break;
     case MaterialSlot::kClearcoat:
-        p.clearcoat = inRange(value.x, 0.0F, 1.0F, 0.0F);
+        p.clearcoat = inRange(value.x, material::kClearcoat);
         break;
     case MaterialSlot::kClearcoatRoughness:
-        p.clearcoatRoughness = inRange(value.x, 0.0F, 1.0F, 0.01F);
+        p.clearcoatRoughness = inRange(value.x, material::kClearcoatRoughness);
         break;
     case MaterialSlot::kOpacity:
-        p.opacity = inRange(value.x, 0.0F, 1.0F, 1.0F);
+        p.opacity = inRange(value.x, material::kOpacity);
         break;
     case MaterialSlot::kOpacityThreshold:
         break;
     case MaterialSlot::kIor:
-        p.ior = inRange(value.x, kMinIor, kMaxIor, 1.5F);
+        p.ior = inRange(value.x, material::kIor);
         break;
     case MaterialSlot::kNormal:
         p.tangentNormal = unitNormal(value);
@@ -239,7 +236,27 @@ float thresholdAt(const MaterialBinding& binding, std::uint32_t triangle, float 
                   TextureValues& textures) {
     const Float3 value =
         evaluateInput(binding, MaterialSlot::kOpacityThreshold, triangle, b1, b2, textures);
-    return inRange(value.x, 0.0F, 1.0F, 0.0F);
+    return inRange(value.x, material::kThreshold);
+}
+
+/// Whether what varies is evaluated on lanes: all but cut-outs, images that lanes do not read, and
+/// arrays whose places 32 bits do not number.
+bool fitsLanes(const MaterialBinding& binding, bool cutsOut) {
+    const auto fits = [](const Attribute* attribute) {
+        constexpr auto kMost = static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max());
+        return attribute == nullptr || (*attribute && attribute->values.size() < kMost);
+    };
+    return !cutsOut &&
+           std::all_of(binding.varying.begin(), binding.varying.end(), [&](MaterialSlot slot) {
+               const BoundInput& bound = binding.inputs[static_cast<std::size_t>(slot)];
+               if (bound.source == MaterialInput::Source::kPrimvar) {
+                   return fits(bound.primvar);
+               }
+               const int index = bound.input->texture;
+               const BoundTexture& texture = binding.textures[static_cast<std::size_t>(index)];
+               return index < kMaterialSlots && fits(texture.uv) &&
+                      (texture.image == nullptr || texture.image->hasLanes());
+           });
 }
 
 bool isVarying(const MaterialBinding& binding, MaterialSlot slot) {
@@ -307,12 +324,16 @@ MaterialBinding bindMaterial(const Material& material, const Mesh& mesh,
     bindNormalMap(binding);
 
     binding.isConstant = binding.varying.empty();
+    bool cutsOut = true; // as far as is known
     if (!isVarying(binding, MaterialSlot::kOpacityThreshold)) {
-        const float threshold = thresholdAt(binding, 0, 0.0F, 0.0F, unread);
-        if (isCutOut(binding, threshold) && binding.isConstant) {
+        cutsOut = isCutOut(binding, thresholdAt(binding, 0, 0.0F, 0.0F, unread));
+        if (cutsOut && binding.isConstant) {
             binding.constants.opacity = 1.0F;
         }
     }
+    const bool opaque =
+        !isVarying(binding, MaterialSlot::kOpacity) && binding.constants.opacity == 1.0F;
+    binding.onLanes = fitsLanes(binding, cutsOut && !opaque);
     return binding;
 }
 
@@ -340,7 +361,7 @@ float evaluateOpacity(const MaterialBinding& binding, std::uint32_t triangle, fl
         return 1.0F;
     }
     const Float3 value = evaluateInput(binding, MaterialSlot::kOpacity, triangle, b1, b2, textures);
-    const float opacity = inRange(value.x, 0.0F, 1.0F, 1.0F);
+    const float opacity = inRange(value.x, material::kOpacity);
     if (threshold > 0.0F) {
         return opacity >= threshold ? 1.0F : 0.0F;
     }

@@ -5,6 +5,7 @@
 
 #include "integrate/kernel/kernelState.h"
 #include "integrate/kernel/surfaceLanes.h"
+#include "shading/materialLanes.h"
 
 namespace mbfeat {
 
@@ -50,6 +51,12 @@ public:
             }
         }
         return first;
+    }
+
+    /// Of hits that have one binding, and so one mesh.
+    MeshPlaces<T> places() const {
+        const LaneQuad<T> place = s_.paths.template get<T>(kHitB1, g_.read);
+        return {triangle_, place.x, place.y};
     }
 
     SurfaceInputs<T> surfaces() const {

@@ -9,6 +9,7 @@
 #include "integrate/kernel/surfaceLanes.h"
 #include "shading/diffuseSurface.h"
 #include "shading/lightLanes.h"
+#include "shading/materialLanes.h"
 #include "shading/shadingNormal.h"
 
 namespace mbfeat {
@@ -109,6 +110,14 @@ private:
         if (const MaterialBinding* const binding = hits.oneBinding()) {
             if (!varies || binding->isConstant) {
                 return surfaceParameters<T>(binding->constants);
+            }
+            if constexpr (kWidth > 1) {
+                if (binding->onLanes) {
+                    SurfaceParameters<T> parameters = surfaceParameters<T>(binding->constants);
+                    const MeshPlaces<T> places = hits.places();
+                    MaterialLanes<T>(*binding, places).evaluate(parameters);
+                    return parameters;
+                }
             }
         }
         Transposer<T, MaterialValues> values;
