@@ -69,7 +69,8 @@ class Contract:
       and counts as much as the second graph's `gate` [classes, h, w] says; the plain radiance
       counts for the rest, and for all of it in classes that the pixel has no sample of.
       Each class's share of the radiance is splatted apart, and added. There are `classes`, 3 or 1
-      that all paths are in, with `classPlanes` sums each. Where the renderer can compute them
+      that all paths are in, with `classPlanes` sums each; of the one, guides and count of each of
+      three ways (training.model.encoding.ways) follow the embedding. Where the renderer can compute them
       without the graph there is an entry mbfeat:encoder, see `encoder_bytes`.
 
     Tiles begin at multiples of `unit` and overlap by `receptiveField`, the splat's kernel // 2 and
@@ -166,7 +167,7 @@ def contract(config: ModelConfig, *, whole: bool) -> Contract:
         kernel=config.kernel,
         unit=config.unit,
         receptiveField=config.context_field,
-        classPlanes=config.width + (GUIDES if config.guides else 0) + 1 if config.layers else 0,
+        classPlanes=config.width + config.guide_planes if config.layers else 0,
         classes=config.classes if config.layers else 0,
         affinity=config.likeness,
         guides=GUIDES if config.guides else 0,

@@ -261,7 +261,10 @@ Status DenoiseModel::readEncoder() {
     if (const auto bytes = decoded(text)) {
         encoder_ = PathEncoder::read(*bytes, contract_.format > kAffinityFormat);
     }
-    if (!encoder_ || encoder_->width() + 1 != contract_.classPlanes ||
+    if (encoder_) {
+        encoder_->hasWays = contract_.classes == 1 && encoder_->guides > 0;
+    }
+    if (!encoder_ || encoder_->planes() != contract_.classPlanes ||
         contract_.channels.size() != extended::kChannels) {
         return Error{file_, "the weights of its encoder are damaged. Export the network anew."};
     }

@@ -27,7 +27,8 @@ struct DenoiseContract {
     int unit = 1;            ///< tiles begin at multiples of this
     int receptiveField = 0;  ///< pixels around one that can change it, without the splat
     int classPlanes = 0;     ///< of a layered model: sums of a class
-    int classes = 3;         ///< of a layered model: direct, reflected, transmitted; or 1, all
+    int classes = 3;         ///< of a layered model: direct, reflected, transmitted; or 1, all,
+                             ///< whose guides are summed up by their ways, see pathEncoder.h
     int affinity = 0;        ///< of a layered model: channels of `alike`, see splat.h
     int guides = 0;          ///< of a layered model: how many of these are guides, see splat.h
     std::vector<int> atrous; ///< of a layered model: dilations of the passes after the splat

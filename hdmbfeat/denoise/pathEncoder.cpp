@@ -129,4 +129,23 @@ void encodePaths(const PathEncoder& encoder, const float* channels, int count, f
     }
 }
 
+void findWays(const float* channels, int count, PathWay* ways) {
+    const auto is = [&](int channel, int path) {
+        return channels[channel * kPathGroup + path] != 0.0F;
+    };
+    for (int path = 0; path < count; ++path) {
+        ways[path] = PathWay::kStraight;
+        for (int k = 0; k < extended::kVertices; ++k) {
+            const int specular = extended::kEvents + 4 * k, reflect = specular + 1;
+            if (!is(extended::kValid + k, path) || !is(specular, path)) {
+                break;
+            }
+            if (is(reflect, path)) {
+                ways[path] = k == 0 ? PathWay::kReflectedFirst : PathWay::kReflectedLater;
+                break;
+            }
+        }
+    }
+}
+
 } // namespace mbfeat

@@ -38,6 +38,11 @@ inline constexpr int kEvents = kExtended + 5 * kVertices;
 inline constexpr int kChannels = kEvents + 4 * kVertices;
 } // namespace extended
 
+/// How a path came to its first vertex that is no mirror nor clear glass: past no mirror, by a
+/// reflection at its first vertex, by one later on.
+enum class PathWay : std::uint8_t { kStraight, kReflectedFirst, kReflectedLater };
+inline constexpr int kPathWays = 3;
+
 struct PathEncoder {
     float logScale = 1.0F;
     std::vector<DenseLayer> vertex;    ///< empty: the vertices' features are given as they are
@@ -45,9 +50,18 @@ struct PathEncoder {
     /// How many features of the first vertex that is no mirror follow it as they are: albedo,
     /// normal and depth, or none.
     int guides = 0;
+    /// Whether guides are summed up by the way to that vertex (PathWay); the last recorded vertex
+    /// then stands for one that is not there.
+    bool hasWays = false;
     int vertices = extended::kVertices; ///< that are looked at, from the camera on
 
-    int width() const { return embedding.empty() ? 0 : embedding.back().outputs + guides; }
+    /// Values of a path, guides included.
+    int width() const { return embeddingWidth() + guides; }
+    int embeddingWidth() const { return embedding.empty() ? 0 : embedding.back().outputs; }
+    /// Sums of a class: its values', and how many paths there are, with ways of each.
+    int planes() const {
+        return hasWays ? embeddingWidth() + kPathWays * (guides + 1) : width() + 1;
+    }
 
     /// Of the bytes in the metadata of a model, which before format 4 had no counts of guides and
     /// vertices; nothing where they make no sense.
@@ -62,5 +76,8 @@ enum class PathClass : std::uint8_t { kDirect, kReflected, kTransmitted };
 /// radiance is divided by.
 void encodePaths(const PathEncoder& encoder, const float* channels, int count, float* embeddings,
                  PathClass* classes, float* divisors);
+
+/// Of the same channels, the ways of the paths.
+void findWays(const float* channels, int count, PathWay* ways);
 
 } // namespace mbfeat

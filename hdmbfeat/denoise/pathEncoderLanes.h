@@ -35,9 +35,12 @@ public:
         if (encoder_.guides == 0) {
             return embedding;
         }
-        const T* const guides = features_.data() + extended::kCommon; // addFirstNonDelta()'s
-        T* const end = std::copy_n(embedding, encoder_.embedding.back().outputs, outputs_.data());
-        std::copy_n(guides, encoder_.guides, end);
+        const T* const found = features_.data() + extended::kCommon; // addFirstNonDelta()'s
+        T* const guides = std::copy_n(embedding, encoder_.embeddingWidth(), outputs_.data());
+        std::copy_n(found, encoder_.guides, guides);
+        if (encoder_.hasWays) {
+            fillGuides(found[kFound], guides);
+        }
         return outputs_.data();
     }
 
@@ -46,12 +49,13 @@ public:
     T divisor(int i) const {
         const T* const found = features_.data() + extended::kCommon; // addFirstNonDelta()'s
         const T albedo = min(max(found[i] * found[7 + i], T(kLeastAlbedo)), T(kMostAlbedo));
-        return select(found[10] > T(0.5F), albedo, T(1.0F));
+        return select(found[kFound] > T(0.5F), albedo, T(1.0F));
     }
 
 private:
     static constexpr int kWidth = LaneTraits<T>::kWidth;
     static constexpr float kLeastAlbedo = 0.05F, kMostAlbedo = 4.0F;
+    static constexpr int kFound = 10; ///< of addFirstNonDelta(): whether there is one
     static constexpr int kMost = 256; ///< features, and outputs of a layer
     static constexpr float kDepthScale = 0.3F, kSlope = 0.01F, kLargestTint = 4.0F;
 
@@ -80,7 +84,7 @@ private:
 
     /// Albedo, normal, depth, throughput and whether there is one.
     int addFirstNonDelta(T* out) const {
-        constexpr int kSize = 11;
+        constexpr int kSize = kFound + 1;
         std::fill(out, out + kSize, T(0.0F));
         T before(1.0F), length(0.0F);
         for (int k = 0; k < extended::kVertices; ++k) {
@@ -94,10 +98,28 @@ private:
                 const T tint = min(max(throughput(k, i), T(0.0F)), T(kLargestTint));
                 out[7 + i] = fma(here, tint, out[7 + i]);
             }
-            out[10] = out[10] + here;
+            out[kFound] = out[kFound] + here;
             before = before * (T(1.0F) - here);
         }
         return kSize;
+    }
+
+    /// Where there is none, albedo, normal and depth of the last recorded vertex.
+    void fillGuides(const T& found, T* guides) const {
+        const Mask<T> isThere = found > T(0.5F);
+        if (all(isThere)) {
+            return;
+        }
+        T length(0.0F);
+        for (int k = 0; k < extended::kVertices; ++k) {
+            length = length + distance(k);
+            const T next = k + 1 < extended::kVertices ? valid(k + 1) : T(0.0F);
+            const T here = select(isThere, T(0.0F), valid(k) * (T(1.0F) - next));
+            for (int i = 0; i < 6; ++i) {
+                guides[i] = fma(here, feature(k, i), guides[i]);
+            }
+            guides[6] = fma(here, T(kDepthScale) * logOnePlus(length), guides[6]);
+        }
     }
 
     int addVertex(int k, T* out) const {

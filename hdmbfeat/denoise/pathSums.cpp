@@ -55,9 +55,13 @@ void PathSums::addByEncoder(const std::size_t* pixels, std::size_t pathCount, st
     constexpr auto kGroup = static_cast<std::size_t>(kPathGroup);
     const PathEncoder& encoder = *model_->encoder();
     const auto width = static_cast<std::size_t>(encoder.width());
+    // What all ways have in common, and of each way the guides and a count.
+    const auto ahead = static_cast<std::size_t>(encoder.embeddingWidth());
+    const std::size_t stride = width - ahead + 1;
     std::vector<float> channels(plan_.size() * kGroup), embeddings(width * kGroup);
     float divisors[3 * kPathGroup];
     PathClass classes[kPathGroup];
+    PathWay ways[kPathGroup];
     std::uint64_t repaired = 0;
     for (std::size_t first = 0; first < pathCount; first += kGroup) {
         const std::size_t count = std::min(kGroup, pathCount - first);
@@ -66,6 +70,9 @@ void PathSums::addByEncoder(const std::size_t* pixels, std::size_t pathCount, st
             plan_.writeGroup(group, static_cast<int>(count), channels.data());
         encodePaths(encoder, channels.data(), static_cast<int>(count), embeddings.data(), classes,
                     isDemodulated() ? divisors : nullptr);
+        if (encoder.hasWays) {
+            findWays(channels.data(), static_cast<int>(count), ways);
+        }
         for (std::size_t i = 0; i < count; ++i) {
             if ((usable >> i & 1U) == 0) {
                 ++repaired;
@@ -76,10 +83,15 @@ void PathSums::addByEncoder(const std::size_t* pixels, std::size_t pathCount, st
             const std::size_t place = pixel * classCount() + own;
             float* const sums = classes_.data() + place * planes_;
             const float* const embedding = embeddings.data() + i * width;
-            for (std::size_t o = 0; o < width; ++o) {
+            for (std::size_t o = 0; o < ahead; ++o) {
                 sums[o] += embedding[o];
             }
-            sums[width] += 1.0F;
+            float* const guides =
+                sums + ahead + (encoder.hasWays ? static_cast<std::size_t>(ways[i]) : 0) * stride;
+            for (std::size_t o = ahead; o < width; ++o) {
+                guides[o - ahead] += embedding[o];
+            }
+            guides[width - ahead] += 1.0F;
             addLightOf(group[i], 1.0, divisors + i, kGroup, place);
             ++counts_[pixel];
         }
@@ -220,7 +232,7 @@ PathSums::Means PathSums::means(int x0, int y0, int x1, int y1) const {
             for (std::size_t c = 0; isDemodulated() && c < classCount(); ++c) {
                 for (std::size_t i = 0; i < count; ++i) {
                     const std::size_t place = (pixel + i) * classCount() + c;
-                    const float paths = classes_[place * planes_ + planes_ - 1];
+                    const float paths = pathsOf(place);
                     for (std::size_t k = 0; paths > 0.0F && k < 3; ++k) {
                         found.divisor[(c * 3 + k) * area + out + i] = static_cast<float>(
                             divisors_[place * 3 + k] / static_cast<double>(paths));
@@ -230,6 +242,13 @@ PathSums::Means PathSums::means(int x0, int y0, int x1, int y1) const {
         }
     }
     return found;
+}
+
+float PathSums::pathsOf(std::size_t place) const {
+    if (classCount() == 1) {
+        return static_cast<float>(counts_[place]);
+    }
+    return classes_[place * planes_ + planes_ - 1];
 }
 
 std::uint64_t PathSums::emptyPixels() const {

@@ -56,6 +56,8 @@ private:
     bool isDemodulated() const { return model_->contract().demodulated != 0; }
     std::size_t classCount() const { return static_cast<std::size_t>(model_->contract().classes); }
     std::size_t storedLights() const { return (isDemodulated() ? 2 : 1) * lightChannels(); }
+    /// Usable paths of a class of a pixel.
+    float pathsOf(std::size_t place) const;
     /// Adds a path's light to `place`, a class of a pixel; of its divisor every `stride`th float.
     void addLightOf(const float* path, double weight, const float* divisor, std::size_t stride,
                     std::size_t place);

@@ -185,9 +185,50 @@ def test_guides_are_means_and_filled_where_a_class_is_missing() -> None:
     sums = torch.zeros(1, GUIDES + 1, 5, 5)
     sums[0, :GUIDES, 2, 2] = 0.25 * torch.arange(GUIDES)
     sums[0, GUIDES, 2, 2] = 0.25
-    found = guide_means(sums)
+    found = guide_means(sums, 0)
     expected = torch.arange(GUIDES, dtype=torch.float32)[:, None, None].expand(GUIDES, 5, 5)
     torch.testing.assert_close(found[0], expected, rtol=0.01, atol=0.0)
+
+
+def test_guides_of_several_ways_are_those_of_the_commonest() -> None:
+    """Of a pane that one path in eight is reflected by, hardly anything of what it reflects."""
+    rows = torch.zeros(1, 3 * (GUIDES + 1), 3, 3)
+    rows[0, :GUIDES] = 0.875 * 1.0
+    rows[0, GUIDES] = 0.875
+    rows[0, GUIDES + 1 : 2 * GUIDES + 1] = 0.125 * 5.0
+    rows[0, 2 * GUIDES + 1] = 0.125
+    found = guide_means(rows, 0)
+    torch.testing.assert_close(found, torch.ones_like(found), rtol=0.0, atol=0.02)
+
+
+def test_ways_and_guides_follow_the_path() -> None:
+    """Of paths of four vertices: straight, mirror, glass and then a mirror, mirrors alone."""
+    names = inputs.CHANNELS["extended"]
+    x = torch.zeros(4, len(names), 1, 1)
+    events = {
+        0: ["transmit", "transmit", "", ""],
+        1: ["reflect", "", "", ""],
+        2: ["transmit", "reflect", "transmit", ""],
+        3: ["transmit", "reflect", "transmit", "transmit"],
+    }
+    for path, done in events.items():
+        for k, event in enumerate(done):
+            x[path, names.index(f"valid:{k}")] = 1
+            x[path, names.index(f"mbfeat:albedo:{k}.R")] = 0.1 * (k + 1)
+            x[path, names.index(f"mbfeat:distance:{k}.Z")] = 1.0
+            if event:
+                x[path, names.index(f"specular:{k}")] = 1
+                x[path, names.index(f"{event}:{k}")] = 1
+            else:  # what spreads light reflects it, too
+                x[path, names.index(f"reflect:{k}")] = 1
+                x[path, names.index(f"diffuse:{k}")] = 1
+    v = encoding.Vertices(x)
+    assert encoding.ways(v)[..., 0, 0].argmax(dim=1).tolist() == [0, 1, 2, 2]
+    assert torch.equal(encoding.ways(v).sum(dim=1), torch.ones(4, 1, 1))
+    found = encoding.guides(v)[..., 0, 0]
+    torch.testing.assert_close(found[:, 0], torch.tensor([0.3, 0.2, 0.4, 0.4]))
+    depths = encoding.DEPTH_SCALE * torch.log1p(torch.tensor([3.0, 2.0, 4.0, 4.0]))
+    torch.testing.assert_close(found[:, 6], depths)
 
 
 def test_published_size_and_parameters() -> None:

@@ -11,6 +11,8 @@ T = TypeVar("T")
 # Albedo, normal and depth of the first vertex that is no mirror nor clear glass.
 GUIDE_GROUPS = (3, 3, 1)
 GUIDES = sum(GUIDE_GROUPS)
+# Of networks with one class, guides are summed up by the way to that vertex, see encoding.ways().
+WAYS = 3
 FEATURE_SETS = ("gbuffer", "paths", "extended")
 
 
@@ -43,7 +45,8 @@ class ModelConfig:
     `atrous` are the dilations of passes that follow the splat, see training.model.atrous; they need
     features of at least one of both kinds.
     `classes` is how many kernels a pixel of `layers` has: 3, or 1 for all of its paths together,
-    whose features are then summed up over all of them.
+    whose features are then summed up over all of them; `guides` are then those of the commonest way
+    to that vertex, or a pane's few reflections would make noise of them.
     `first_hit` hides all but the albedo, normal and direct light of the first hit, and the
     radiance: the network is the same, and what it lacks is what the later vertices are worth.
     """
@@ -115,6 +118,13 @@ class ModelConfig:
             )
         if self.layers and self.steps > 1:
             raise ConfigError(f"model.layers needs model.steps=1, not {self.steps}")
+
+    @property
+    def guide_planes(self) -> int:
+        """Sums of guides and shares that a class has."""
+        if not self.guides:
+            return 1
+        return (GUIDES + 1) * (WAYS if self.classes == 1 else 1)
 
     @property
     def unit(self) -> int:

@@ -10,7 +10,7 @@ from torch import Tensor, nn
 
 from training.dataset.layout import EXTENDED, FEATURES, VERTICES
 from training.model.blocks import pointwise
-from training.model.config import ModelConfig
+from training.model.config import GUIDES, ModelConfig
 from training.model.inputs import CHANNELS, COMMON, EVENT_BITS, PER_VERTEX
 
 COUNT = len(VERTICES)
@@ -78,6 +78,37 @@ def first_non_delta(v: Vertices) -> Tensor:
         parts.append(here * row)
         before = before * (1.0 - here)
     return torch.stack(parts).sum(dim=0)
+
+
+def guides(v: Vertices) -> Tensor:
+    """Albedo, normal and depth [n, 7, h, w] of the first vertex that is no mirror nor clear glass.
+
+    Of the last one that is recorded where none of them is.
+    """
+    found = first_non_delta(v)
+    last = torch.zeros_like(found[:, :GUIDES])
+    length = torch.zeros_like(v.valid[0])
+    for k in VERTICES:
+        length = length + v.distance[k]
+        here = v.valid[k] * (1.0 - v.valid[k + 1]) if k + 1 < COUNT else v.valid[k]
+        depth = DEPTH_SCALE * torch.log1p(length)
+        last = last + here * torch.cat([v.albedo[k], v.normal[k], depth], dim=1)
+    return torch.where(found[:, 10:11] > 0.5, found[:, :GUIDES], last)
+
+
+def ways(v: Vertices) -> Tensor:
+    """By which of three ways [n, 3, h, w] a sample came to that vertex, 1 where it is it.
+
+    Past no mirror, by a reflection at its first vertex, by one later on.
+    """
+    on = torch.ones_like(v.valid[0])
+    first, later = torch.zeros_like(on), torch.zeros_like(on)
+    for k in VERTICES:
+        on = on * v.valid[k] * v.events[k][:, 0:1]
+        reflects = on * v.events[k][:, 1:2]
+        first, later = (reflects, later) if k == 0 else (first, torch.maximum(later, reflects))
+    later = later * (1.0 - first)
+    return torch.cat([1.0 - first - later, first, later], dim=1)
 
 
 def demodulator(v: Vertices) -> Tensor:

@@ -11,13 +11,15 @@ from torch.nn.utils import parametrize
 
 from training.model.atrous import ATrous, Likeness
 from training.model.blocks import UNet, pointwise
-from training.model.config import GUIDE_GROUPS, GUIDES, ModelConfig
+from training.model.config import GUIDE_GROUPS, GUIDES, WAYS, ModelConfig
 from training.model.encoding import (
     Encoding,
     Vertices,
     demodulator,
     first_non_delta,
+    guides,
     path_class,
+    ways,
 )
 from training.model.inputs import CHANNELS, first_hit_channels
 from training.model.pyramid import Pyramid
@@ -159,7 +161,7 @@ class Sksn(nn.Module):
         flat = self._flat(x)
         e = self.embeddings[0](self.encoding(flat))
         if self.config.guides:
-            e = torch.cat([e, first_non_delta(Vertices(flat))[:, :GUIDES]], dim=1)
+            e = torch.cat([e, *self._guides(Vertices(flat))], dim=1)
         of_three = path_class(Vertices(flat))
         mask = of_three if count > 1 else of_three.sum(dim=1, keepdim=True)
         mask = mask.reshape(n, samples, count, *x.shape[3:])
@@ -169,7 +171,20 @@ class Sksn(nn.Module):
         for c in range(count):
             weight = weights[:, :, c : c + 1]
             sums.append(torch.cat([(weight * rows).sum(dim=1), weight.sum(dim=1)], dim=1))
+        if self._has_ways():  # their shares are among the rows
+            sums = [found[:, :-1] for found in sums]
         return torch.stack(sums, dim=1), mask
+
+    def _has_ways(self) -> bool:
+        return self.config.guides and self.config.classes == 1
+
+    def _guides(self, v: Vertices) -> list[Tensor]:
+        """What is summed up of guides: they, or by each way they and its share."""
+        if not self._has_ways():
+            return [first_non_delta(v)[:, :GUIDES]]
+        found = torch.nn.functional.pad(guides(v), (0, 0, 0, 0, 0, 1), value=1.0)
+        way = ways(v)
+        return [way[:, i : i + 1] * found for i in range(WAYS)]
 
     def divisors(self, x: Tensor) -> Tensor:
         """What radiance is divided by [n, samples, 3, h, w]."""
@@ -181,13 +196,15 @@ class Sksn(nn.Module):
         n, count = classes.shape[:2]
         context = self.contexts[0](self._embedding(classes))
         flat = classes.flatten(0, 1)
+        own = self.config.width
+        if self._has_ways():
+            straight = flat[:, own + GUIDES : own + GUIDES + 1]
+            flat = torch.cat([flat[:, :own], guide_means(flat, own), straight], dim=1)
         if not isinstance(self.regressor, nn.Sequential):
-            own = self.config.width
             parts = torch.cat([flat[:, :own], _repeated(context, count), flat[:, own:]], dim=1)
             return parts.reshape(n, count, *parts.shape[1:])
         # The first layer of the classes and of what they share apart: nothing is copied together.
         first = self.regressor[0]
-        own = self.config.width
         shared = slice(own, own + context.shape[1])
         weight = torch.cat([first.weight[:, :own], first.weight[:, shared.stop :]], dim=1)
         per_class = nn.functional.conv2d(flat, weight, first.bias)
@@ -204,7 +221,7 @@ class Sksn(nn.Module):
         flat = hidden.flatten(0, 1)
         parts = [] if self.alike is None else [self.alike(flat)]
         if self.scales is not None:
-            parts.append(guide_means(classes.flatten(0, 1)))
+            parts.append(guide_means(classes.flatten(0, 1), self.config.width))
         alike = torch.cat(parts, dim=1) if parts else None
         return alike, None if self.scales is None else self.scales(flat)
 
@@ -278,12 +295,16 @@ def modulated(parts: Tensor, gate: Tensor, albedo: Tensor) -> Tensor:
     return (1.0 - gate) * parts[:, :, :3] + gate * albedo * parts[:, :, 3:]
 
 
-def guide_means(sums: Tensor) -> Tensor:
-    """Mean guides [n, GUIDES, h, w] of sums over samples [n, planes, h, w], shares last.
+def guide_means(sums: Tensor, first: int) -> Tensor:
+    """Mean guides [n, GUIDES, h, w] of sums over samples [n, planes, h, w], from plane `first` on.
 
-    Where a class has no sample, those of the pixels around.
+    Guides are followed by their share. Where a class has no sample, those of the pixels around. Of sums by ways, which are more planes,
+    about those of the commonest one: each mean counts by the cube of its share.
     """
-    own = sums[:, -GUIDES - 1 :]
+    rows = [sums[:, i : i + GUIDES + 1] for i in range(first, sums.shape[1], GUIDES + 1)]
+    own = rows[0]
+    if len(rows) > 1:
+        own = torch.stack([row * row[:, GUIDES:] ** 2 for row in rows]).sum(dim=0)
     around = nn.functional.avg_pool2d(own, 5, stride=1, padding=2)
     filled = own + FILLED * around
     return filled[:, :GUIDES] / (filled[:, GUIDES:] + 1e-6)
