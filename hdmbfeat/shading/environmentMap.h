@@ -27,6 +27,8 @@ public:
     EnvironmentMap() = default;
     explicit EnvironmentMap(std::shared_ptr<const Image> image);
 
+    bool isUniform() const { return image_ == nullptr; }
+
     /// Radiance from the unit direction d; never negative.
     Rgb value(const Float3& d) const;
 

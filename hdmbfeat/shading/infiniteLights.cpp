@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "shading/lightImportance.h"
+#include "shading/lightPair.h"
 
 namespace mbfeat {
 
@@ -54,6 +54,13 @@ void InfiniteLights::weigh(const LightReceiver& receiver, LightWeights& out) con
         out.weight[i] = along >= lanes_.lowest[i] || receiver.twoSided ? lanes_.strength[i] : 0.0F;
     }
     out.sum();
+}
+
+void InfiniteLights::describeOnly(LightPair& pair) const {
+    pair.axis = {lanes_.axisX[0], lanes_.axisY[0], lanes_.axisZ[0]};
+    pair.lowest = lanes_.lowest[0];
+    pair.strength = lanes_.strength[0];
+    pair.infiniteScale = scale_;
 }
 
 std::uint32_t InfiniteLights::choose(const LightWeights& weights, double u) const {

@@ -9,6 +9,8 @@
 
 namespace mbfeat {
 
+struct LightPair;
+
 /// Up to eight are weighed by what they can send to the receiver's side, like the clusters of one
 /// node of the light tree. Of more, which no scene needs, one is chosen by strength alone, so that
 /// the time does not grow.
@@ -22,6 +24,8 @@ public:
     /// divided by scale(). Zero only for what is below the horizon of a one-sided receiver.
     void weigh(const LightReceiver& receiver, LightWeights& out) const;
     double scale() const { return scale_; }
+    /// Of one light: its part of a choice between two lights.
+    void describeOnly(LightPair& pair) const;
 
     /// Chooses a light by u in [0, 1); any() of the weights must hold.
     std::uint32_t choose(const LightWeights& weights, double u) const;

@@ -1,33 +1,8 @@
 #include "shading/lightChoice.h"
 
 #include <algorithm>
-#include <cstring>
 
 namespace mbfeat {
-
-namespace {
-
-/// Neither the lights at infinity nor those in the scene are chosen less often than this where both
-/// can light. Nothing is known of what stands before either, and of where in the tree's bounds the
-/// lights are; so much bounds the noise of a wrong guess.
-constexpr double kLeastShare = 0.1;
-
-/// A random number of 53 bits out of one of 24 bits, which come first. Where lights are many, 24
-/// are too few: one of a million would have 17 numbers to be chosen by. The others are mixed from
-/// the number and the receiver (SplitMix64, Steele et al. 2014).
-double moreBits(float u, const Float3& p) {
-    std::uint32_t words[4];
-    const float floats[4] = {u, p.x, p.y, p.z};
-    std::memcpy(words, floats, sizeof(words));
-    std::uint64_t x =
-        (static_cast<std::uint64_t>(words[0]) << 32U | words[1]) ^
-        (static_cast<std::uint64_t>(words[2]) << 32U | words[3]) * 0x9E3779B97F4A7C15ULL;
-    x = (x ^ (x >> 30U)) * 0xBF58476D1CE4E5B9ULL;
-    x = (x ^ (x >> 27U)) * 0x94D049BB133111EBULL;
-    return static_cast<double>(u) + static_cast<double>(x >> 35U) * 0x1p-53;
-}
-
-} // namespace
 
 struct LightChoice::Weights {
     LightWeights local, infinite;
@@ -52,6 +27,19 @@ LightChoice::LightChoice(std::vector<LightBounds> entries) {
                   entries.end());
     tree_ = LightTree(entries);
     infinite_ = InfiniteLights(infinite);
+    makePair();
+}
+
+void LightChoice::makePair() {
+    if (localEntries_.size() != 1 || infiniteEntries_.size() != 1) {
+        return;
+    }
+    LightPair pair;
+    pair.localEntry = localEntries_.front();
+    pair.infiniteEntry = infiniteEntries_.front();
+    tree_.describeOnly(pair);
+    infinite_.describeOnly(pair);
+    pair_ = pair;
 }
 
 void LightChoice::weigh(const LightReceiver& receiver, Weights& out) const {
@@ -69,8 +57,7 @@ void LightChoice::weigh(const LightReceiver& receiver, Weights& out) const {
     if (local && infinite) {
         const double near = static_cast<double>(out.local.total) * tree_.rootScale();
         const double far = static_cast<double>(out.infinite.total) * infinite_.scale();
-        out.infiniteShare =
-            static_cast<float>(std::clamp(far / (near + far), kLeastShare, 1.0 - kLeastShare));
+        out.infiniteShare = mbfeat::infiniteShare(near, far);
     }
 }
 

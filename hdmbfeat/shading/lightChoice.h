@@ -4,9 +4,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "shading/infiniteLights.h"
+#include "shading/lightPair.h"
 #include "shading/lightTree.h"
 
 namespace mbfeat {
@@ -30,8 +32,13 @@ public:
 
     const LightTree& tree() const { return tree_; }
 
+    /// Where all there is to choose from is one light in the scene and one at infinity: the choice
+    /// between them, for many receivers at a time.
+    const LightPair* pair() const { return pair_ ? &*pair_ : nullptr; }
+
 private:
     struct Weights;
+    void makePair();
     void weigh(const LightReceiver& receiver, Weights& out) const;
 
     LightTree tree_;
@@ -39,6 +46,7 @@ private:
     /// Of an entry: its index in the tree, or kInfinite + that among the lights at infinity.
     std::vector<std::uint32_t> places_;
     std::vector<std::uint32_t> localEntries_, infiniteEntries_; ///< and back
+    std::optional<LightPair> pair_;
 
     static constexpr std::uint32_t kInfinite = 0x80000000U;
 };

@@ -30,14 +30,15 @@ struct ClusterLanes {
     T strength;                         ///< negative where both sides of the axis emit
 };
 
-/// An estimate of the light from each cluster at the point p with unit normal n; with twoSided from
-/// both sides of it. Zero only where none of the cluster's light arrives. `leastInverse` bounds the
-/// inverse of the squared distance from below, so that nothing underflows.
+/// An estimate of the light from each lane's cluster at the point p with unit normal n; where
+/// twoSided from both sides of it. Zero only where none of the cluster's light arrives.
+/// `leastInverse` bounds the inverse of the squared distance from below, so that nothing
+/// underflows.
 template <class T>
-T importance(const ClusterLanes<T>& cluster, const Vec3<Scalar<T>>& p, const Vec3<Scalar<T>>& n,
-             bool twoSided, Scalar<T> leastInverse) {
+T importanceAt(const ClusterLanes<T>& cluster, const Vec3<T>& p, const Vec3<T>& n,
+               const Mask<T>& twoSided, const T& leastInverse) {
     const T slack(kCosineSlack), least(kLeastCosine), zero(0);
-    const Vec3<T> d = cluster.center - Vec3<T>(T(p.x), T(p.y), T(p.z));
+    const Vec3<T> d = cluster.center - p;
     const T squared = lengthSquared(d);
     const T radius2 = cluster.radius * cluster.radius;
     const Mask<T> inside = !(squared > radius2);
@@ -62,16 +63,24 @@ T importance(const ClusterLanes<T>& cluster, const Vec3<Scalar<T>>& p, const Vec
     const T emitted = select(inSpread, T(1), fallen);
 
     // The angle between the normal and the cluster, less the sphere's.
-    const T alongNormal = dot(Vec3<T>(T(n.x), T(n.y), T(n.z)), d);
-    const T e = twoSided ? abs(alongNormal) : alongNormal;
+    const T alongNormal = dot(n, d);
+    const T e = select(twoSided, abs(alongNormal), alongNormal);
     const T f = safeSqrt(d2 - e * e);
     const Mask<T> overhead = inside | !(e < t);
     const T received = select(overhead, T(1), fma(e, t, f * cluster.radius) * inverse);
 
     const Mask<T> dark = (emitted < cluster.cosFalloff - slack) | (received < -slack);
-    const T light = abs(cluster.strength) * max(inverse, T(leastInverse)) * max(emitted, least) *
+    const T light = abs(cluster.strength) * max(inverse, leastInverse) * max(emitted, least) *
                     max(received, least);
     return select(dark, zero, light);
+}
+
+/// The same for one receiver in all lanes.
+template <class T>
+T importance(const ClusterLanes<T>& cluster, const Vec3<Scalar<T>>& p, const Vec3<Scalar<T>>& n,
+             bool twoSided, Scalar<T> leastInverse) {
+    return importanceAt(cluster, Vec3<T>(T(p.x), T(p.y), T(p.z)), Vec3<T>(T(n.x), T(n.y), T(n.z)),
+                        Mask<T>(twoSided), T(leastInverse));
 }
 
 } // namespace mbfeat

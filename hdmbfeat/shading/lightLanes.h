@@ -35,12 +35,12 @@ struct LightLanes : ShapeSample<T> {
 };
 
 /// Whether sampleOnLanes() is all of this light, and the same to the bit in all lane types: not so
-/// cylinders, nor what shaping and textures make of the radiance, nor domes, which it does not
-/// have.
+/// cylinders, nor what shaping and textures make of the radiance, nor domes with an image, which it
+/// does not have.
 inline bool samplesOnLanes(const PreparedLight& light) {
-    return !light.shaping.isOn() && !light.texture &&
-           !std::holds_alternative<CylinderShape<float>>(light.emitter) &&
-           !std::holds_alternative<DomeEmitter>(light.emitter);
+    const auto* const dome = std::get_if<DomeEmitter>(&light.emitter);
+    return !light.shaping.isOn() && !light.texture && (dome == nullptr || dome->map.isUniform()) &&
+           !std::holds_alternative<CylinderShape<float>>(light.emitter);
 }
 
 /// A sample of the light from each p; its radiance as it is without shaping and texture.
@@ -80,7 +80,13 @@ LightLanes<T> sampleOnLanes(const PreparedLight& light, const Vec3<T>& p, const 
                        // Nothing is emitted inwards.
                        out.pdf = select(dot(out.normal, out.wi) < T(0), out.pdf, T(0));
                    },
-                   [](const DomeEmitter&) {},
+                   [&](const DomeEmitter& dome) { // of one colour
+                       const Vec3<T> w = dome.toRender.template as<T>().vector(uniformSphere(u));
+                       const T l = length(w);
+                       out.wi = w / l;
+                       out.distance = T(std::numeric_limits<float>::infinity());
+                       out.pdf = uniformSpherePdf<T>() * l * l * l;
+                   },
                },
                light.emitter);
     return out;

@@ -33,7 +33,8 @@ LightSample sampleLight(const PreparedLight& light, const Float3& p, Float2 u) {
     out.castsShadows = light.castsShadows;
     out.delta = light.isDelta();
     out.pointError = light.pointError;
-    if (const auto* dome = std::get_if<DomeEmitter>(&light.emitter)) {
+    const auto* const dome = std::get_if<DomeEmitter>(&light.emitter);
+    if (dome != nullptr && !dome->map.isUniform()) {
         const EnvironmentMap::Sample s = dome->sample(u);
         out.wi = s.direction;
         out.distance = kInfinity;
@@ -107,6 +108,7 @@ struct LightSampler::Impl {
     std::vector<std::uint32_t> triangleOfUser;       ///< by userId; kNoLight where there is none
     std::vector<std::uint32_t> shapes, environments; ///< light indices
     LightChoice choice;
+    std::optional<LightPair> pair; ///< that of the choice, with indices of lights
 
     void prepare(const std::vector<std::shared_ptr<const Light>>& sources, const Double3& origin,
                  Diagnostics& diagnostics, bool cameraLights) {
@@ -154,6 +156,11 @@ struct LightSampler::Impl {
             bounds.push_back(boundsOf(t));
         }
         choice = LightChoice(std::move(bounds));
+        if (choice.pair() != nullptr && triangles.empty()) {
+            pair = *choice.pair();
+            pair->localEntry = entryLight[pair->localEntry];
+            pair->infiniteEntry = entryLight[pair->infiniteEntry];
+        }
     }
 };
 
@@ -245,6 +252,10 @@ LightSample LightSampler::sample(const LightReceiver& receiver, const LightPick&
 
 LightSample LightSampler::sample(const LightReceiver& receiver, float uLight, Float2 u) const {
     return sample(receiver, pick(receiver, uLight), u);
+}
+
+const LightPair* LightSampler::pair() const {
+    return impl_->pair ? &*impl_->pair : nullptr;
 }
 
 const PreparedLight& LightSampler::prepared(std::uint32_t light) const {

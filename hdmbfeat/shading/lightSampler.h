@@ -75,6 +75,7 @@ struct LightPick {
     float probability = 0.0F;
 };
 
+struct LightPair;
 struct PreparedLight;
 
 /// What a ray that met a light shape sees.
@@ -116,6 +117,8 @@ public:
     /// The two steps of it: the choice, and the point on what was chosen.
     LightPick pick(const LightReceiver& receiver, float uLight) const;
     LightSample sample(const LightReceiver& receiver, const LightPick& pick, Float2 u) const;
+    /// The choice for many receivers at a time, where there is one; entries are indices of lights.
+    const LightPair* pair() const;
     /// An active light, for many receivers or rays at a time (lightLanes.h).
     const PreparedLight& prepared(std::uint32_t light) const;
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/floatTraps.h"
-#include "shading/lightImportance.h"
+#include "shading/lightPair.h"
 
 namespace mbfeat {
 
@@ -38,6 +38,20 @@ void LightTree::weigh(const LightTreeNode& node, const LightReceiver& receiver,
             .store_aligned(out.weight + i);
     }
     out.sum();
+}
+
+void LightTree::describeOnly(LightPair& pair) const {
+    const LightTreeNode& node = nodes_.front();
+    const auto lane = static_cast<std::size_t>(trails_.front() % kWidth);
+    pair.local = {{node.centerX[lane], node.centerY[lane], node.centerZ[lane]},
+                  node.radius[lane],
+                  {node.axisX[lane], node.axisY[lane], node.axisZ[lane]},
+                  node.cosSpread[lane],
+                  node.sinSpread[lane],
+                  node.cosFalloff[lane],
+                  node.strength[lane]};
+    pair.leastInverse = leastInverse_;
+    pair.localScale = rootScale_;
 }
 
 /// Below the root one child has to be taken: bounds of children may show that none of the light

@@ -14,6 +14,8 @@
 
 namespace mbfeat {
 
+struct LightPair;
+
 /// Up to eight clusters. An array a quantity, so that lanes are loaded without shuffling.
 struct alignas(64) LightTreeNode {
     static constexpr int kWidth = LightWeights::kWidth;
@@ -44,6 +46,8 @@ public:
         weigh(nodes_.front(), receiver, out);
     }
     double rootScale() const { return rootScale_; }
+    /// Of a tree of one entry: its part of a choice between two lights.
+    void describeOnly(LightPair& pair) const;
 
     struct Pick {
         std::uint32_t entry = 0;

@@ -9,6 +9,7 @@
 #include "integrate/kernel/surfaceLanes.h"
 #include "shading/diffuseSurface.h"
 #include "shading/lightLanes.h"
+#include "shading/lightPair.h"
 #include "shading/materialLanes.h"
 #include "shading/shadingNormal.h"
 
@@ -304,6 +305,13 @@ private:
                 return oneLight(context_.lights.prepared(only), v, u, probability);
             }
         }
+        if constexpr (kWidth > 1) {
+            const LightPair* const pair = context_.lights.pair();
+            if (pair != nullptr && samplesOnLanes(context_.lights.prepared(pair->localEntry)) &&
+                samplesOnLanes(context_.lights.prepared(pair->infiniteEntry))) {
+                return oneOfPair(*pair, wanted, v, sampler.get1D(base + kDimLightChoice), u);
+            }
+        }
         const LaneBuffer<T> choice(sampler.get1D(base + kDimLightChoice));
         const LaneBuffer<T> ux(u.x), uy(u.y);
         const LaneBuffer3<T> p(v.point.p), n(v.frame.n);
@@ -349,6 +357,21 @@ private:
             values = same == wanted ? chosen : blend(maskOfBits<T>(same), chosen, values);
         }
         return singles == 0 ? values : blend(maskOfBits<T>(singles), single.lanes(), values);
+    }
+
+    /// Of two lights that lanes have, that which each wanted lane chooses.
+    LightValues<T> oneOfPair(const LightPair& pair, std::uint32_t wanted, const Vertex& v,
+                             const T& choice, const Vec2<T>& u) const {
+        const LightPairPick<T> pick = pair.pick<T>(v.point.p, v.frame.n, v.twoSided, choice);
+        const T probability = select(maskOfBits<T>(wanted), pick.probability, T(0));
+        const PreparedLight& near = context_.lights.prepared(pair.localEntry);
+        const PreparedLight& far = context_.lights.prepared(pair.infiniteEntry);
+        if (all(pick.infinite)) {
+            return oneLight(far, v, u, probability);
+        }
+        const LightValues<T> local = oneLight(near, v, u, probability);
+        return none(pick.infinite) ? local
+                                   : blend(pick.infinite, oneLight(far, v, u, probability), local);
     }
 
     /// The same light for all lanes.

@@ -1,6 +1,7 @@
 #include "shading/lightChoice.h"
 
 #include "shading/lightCases.h"
+#include "shading/lightPair.h"
 #include "shading/preparedLight.h"
 
 using namespace mbfeat;
@@ -224,6 +225,54 @@ TEST_CASE("a single light is chosen at no cost, and no light is no choice") {
         {boundsOf(triangleLight(Float3(0.0F), {0.0F, 0.0F, 1.0F}, 1.0F, 1.0F, false))});
     CHECK(one.sample({}, 0.9F).probability == 1.0F);
     CHECK(one.probability(0, {}) == 1.0F);
+}
+
+TEST_CASE("between two lights the choice of many receivers is that of each") {
+    using Batch = xsimd::batch<float>;
+    constexpr int kWidth = LaneTraits<Batch>::kWidth;
+    TestRandom random(31);
+    Diagnostics diagnostics;
+    int pairs = 0, infinite = 0, dark = 0;
+    for (int round = 0; round < 300; ++round) {
+        LightSampler sampler;
+        sampler.commit({std::make_shared<Light>(randomLight(random, false)),
+                        std::make_shared<Light>(randomLight(random, true))},
+                       Double3(0.0), 1.0F, {}, diagnostics);
+        const LightPair* const pair = sampler.pair();
+        if (pair == nullptr) {
+            continue; // both in the scene, or one cannot light
+        }
+        ++pairs;
+        LaneBuffer3<Batch> p, n;
+        LaneBuffer<Batch> u;
+        std::uint32_t twoSided = 0;
+        for (int i = 0; i < kWidth; ++i) {
+            p.set(i, uniformPoint(random, 6.0F));
+            n.set(i, uniformDirection(random));
+            u[i] = random.nextFloat();
+            twoSided |= (random.bits() % 4U == 0 ? 1U : 0U) << static_cast<unsigned>(i);
+        }
+        const LightPairPick<Batch> found =
+            pair->pick<Batch>(p.lanes(), n.lanes(), maskOfBits<Batch>(twoSided), u.lanes());
+        const std::uint32_t far = laneBits(found.infinite);
+        const LaneBuffer<Batch> probability(found.probability);
+        for (int i = 0; i < kWidth; ++i) {
+            const auto is = [i](std::uint32_t bits) {
+                return ((bits >> static_cast<unsigned>(i)) & 1U) != 0;
+            };
+            const LightPick expected = sampler.pick({p.get(i), n.get(i), is(twoSided)}, u[i]);
+            CHECK(probability[i] == expected.probability);
+            if (expected.probability > 0.0F) {
+                CHECK((is(far) ? pair->infiniteEntry : pair->localEntry) == expected.light);
+                infinite += is(far) ? 1 : 0;
+            } else {
+                ++dark;
+            }
+        }
+    }
+    CHECK(pairs > 50);
+    CHECK(infinite > 100);
+    CHECK(dark > 10);
 }
 
 TEST_CASE("many lights together give the sum of what each gives alone") {
