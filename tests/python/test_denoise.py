@@ -34,7 +34,7 @@ def rendered(tmp_path: Path, **settings: object) -> tuple[Path, Any]:
 
 def test_models_that_come_with_mbfeat() -> None:
     found = denoise.models()
-    assert {"best", "fast", "guided"} <= set(found)
+    assert {"best", "fast"} <= set(found)
     for model in found.values():
         assert model.features == "extended"
         assert model.file.stat().st_size < 10e6
@@ -86,7 +86,7 @@ def test_viewports_show_the_reconstruction(tmp_path: Path) -> None:
     assert not np.allclose(film.resolve("color")[..., :3], raw[..., :3], rtol=0.01)
 
 
-@pytest.mark.parametrize("model", ["best", "fast", "guided"])
+@pytest.mark.parametrize("model", ["best", "fast"])
 def test_deep_file_gives_the_image_of_the_render(tmp_path: Path, model: str) -> None:
     deep, raster = tmp_path / "deep.exr", tmp_path / "raster.exr"
     stage = open_scene("cockpit")

@@ -75,7 +75,7 @@ def weights(folder: Path) -> dict[str, Any]:
     return {**content["model"], **{f"average {n}": v for n, v in content["average"].items()}}
 
 
-@pytest.mark.parametrize("name", ["reduced", "best", "fast", "guided"])
+@pytest.mark.parametrize("name", ["reduced", "layered", "best", "fast", "guided"])
 def test_loss_falls(name: str, data: Path, tmp_path: Path) -> None:
     settings = ["model.vertex_encoder=8"] if name == "best" else []
     run = trainer(tmp_path, data, *settings, "model.kernel=9", "optimisation.rate=1e-2", name=name)

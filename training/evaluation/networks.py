@@ -14,7 +14,7 @@ from training.evaluation.methods import Image, Method
 
 ROOT = Path(__file__).resolve().parents[2]
 PLACES = (Path(__file__).resolve().parent / "networks", ROOT / "python" / "mbfeat" / "models")
-SHIPPED = ("gbuffer", "paths", "first_hit", "all_hits", "best", "fast", "guided")
+SHIPPED = ("gbuffer", "paths", "first_hit", "best", "fast")
 EXPORTED = ".onnx"
 
 
