@@ -110,6 +110,7 @@ class Comparison:
         self.equal: list[Row] = []
         self.strips: list[tuple[str, dict[str, Any]]] = []
         self._floors: list[float] = []
+        self._load = os.getloadavg()[0]  # before this one's own
 
     def run(self) -> None:
         number = 0
@@ -191,7 +192,7 @@ class Comparison:
             },
             "threads": self._options.threads or os.cpu_count(),
             "networks": {name: file.name for name, file in self._networks.items()},
-            "load_average": os.getloadavg()[0],
+            "load_average": self._load,
             "date": datetime.date.today().isoformat(),
             "processor": cpu_name(),
             "sheet": str(self._options.sheet) if self._options.sheet else None,
