@@ -4,12 +4,12 @@
         [--equal-time]
     python -m training.evaluate --page RESULT.json      # writes the documentation's page
 
-Prints the metrics of each class, then the ratios paths/gbuffer, best/first_hit and best/oidn over all
-images at the larger number of samples. Without --model the networks that come with MBFeat are
-compared: those of the first two ratios, and those that it renders with. Files are exported networks (.onnx), run as the renderer runs them, or
-checkpoints (.pt), which need torch. Windows are rendered from their seeds first, where they are
-missing; their references come along. Open Image Denoise takes part where the package pyoidn is
-installed.
+Prints the metrics of each class, then the ratios paths/gbuffer, best/first_hit and best/oidn over
+all images at the larger number of samples. Without --model the networks that come with MBFeat are
+compared: those of the first two ratios, and those that it renders with. Files are exported networks
+(.onnx), run as the renderer runs them, or checkpoints (.pt), which need torch. Windows are rendered
+from their seeds first, where they are missing; their references come along. Open Image Denoise
+takes part where the package pyoidn is installed.
 """
 
 from __future__ import annotations

@@ -70,8 +70,8 @@ class Contract:
       counts for the rest, and for all of it in classes that the pixel has no sample of.
       Each class's share of the radiance is splatted apart, and added. There are `classes`, 3 or 1
       that all paths are in, with `classPlanes` sums each; of the one, guides and count of each of
-      three ways (training.model.encoding.ways) follow the embedding. Where the renderer can compute them
-      without the graph there is an entry mbfeat:encoder, see `encoder_bytes`.
+      three ways (training.model.encoding.ways) follow the embedding. Where the renderer can compute
+      them without the graph there is an entry mbfeat:encoder, see `encoder_bytes`.
 
     Tiles begin at multiples of `unit` and overlap by `receptiveField`, the splat's kernel // 2 and
     twice each dilation.

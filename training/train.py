@@ -39,7 +39,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("folder", type=Path, help="of the run: checkpoints, logs, the trained model")
     p.add_argument("--data", type=Path, nargs="+", required=True, help="data sets")
     p.add_argument("--validation", type=Path, help="a data set to look at now and then")
-    p.add_argument("--config", default="reduced", help="a TOML file, or the name of one in training/configs")
+    p.add_argument("--config", default="reduced", help="a TOML file, or one of training/configs")
     p.add_argument("--features", choices=FEATURE_SETS, help="instead of the configuration's")
     p.add_argument("--set", action="append", default=[], metavar="SECTION.NAME=VALUE")
     p.add_argument("--init", type=Path, help="begin with these weights: an .onnx or .pt file")

@@ -3,8 +3,8 @@
     ./run python tests/bench/profile_stages.py [STAGE ...] [--samples 1024] [--width 320]
 
 Renders each stage under `perf record`, one thread pinned to one core, and prints what part of the
-samples of the processor's clock fell into which kind of code, as a table for the docs. Needs Linux's
-perf (Debian's package linux-perf) and the right to count in user space. Without stages those of the
+samples of the processor's clock fell into which kind of code, as a table for the docs. Needs
+Linux's perf (Debian's package linux-perf) and the right to count in user space. Without stages those of the
 benchmark against other renderers are taken; that of a million instances is made by
 `./run mbfeat bench --scenes field --quick` first, and left out where it is missing.
 """
@@ -33,7 +33,7 @@ KINDS = (
      r"|decodeTexel|decodeValue|lookUp|materialValues"),
     ("choice of lights", r"LightChoice|LightTree|LightSampler|InfiniteLights|LightWeights"),
     ("lights", r"lightSamples|sampleOnLanes|Emitter|EnvironmentMap|EndStage|Shape<|LightShaping"
-     r"|PreparedLight"),
+     r"|PreparedLight|PiecewiseConstant|AliasTable"),
     ("surfaces, closures", r"ShadeStage|Bsdf|Microfacet|fresnel|Fresnel|surfacePoint|HitLanes"
      r"|fetchSurface|shadingNormal|ShadingNormal"),
     ("camera rays, random numbers", r"CameraStage|CameraRays|Sampler|sinCos|sobol|owen|spread"),

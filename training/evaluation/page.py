@@ -18,9 +18,10 @@ HEAD = """\
 Reconstructions of a few paths a pixel, on scenes of classes that no network was trained on and on
 three stages that the paper's scenes are like, by
 
-- `best`, the network that MBFeat denoises with by default, and `first_hit`, the same network trained
-  by the same steps on the same patches, which sees albedo, normal and direct light of the first hit
-  in place of all that is recorded at six vertices. What tells the two apart is what the features buy.
+- `best`, the network that MBFeat denoises with by default, and `first_hit`, the same network
+  trained by the same steps on the same patches, which sees albedo, normal and direct light of the
+  first hit in place of all that is recorded at six vertices. What tells the two apart is what the
+  features buy.
 - `gbuffer` and `paths`: the same comparison for the paper's network, the SKSN of 2019 at a reduced
   size, with the first hit's features and with the 54 of six vertices.
 - `fast`, a smaller network, and Open Image Denoise, plain and at its best (albedo and normal of the
@@ -39,7 +40,7 @@ PAPER = {"relMSE": 0.523, "tonemappedRelMSE": 0.988, "MSE": 1.121, "relL1": 0.94
 FEATURE_AIMS = {"relMSE": 0.45, "tonemappedRelMSE": 0.80, "MSE": 0.85, "relL1": 0.80, "L1": 0.88}
 FEATURE_PAIRS = ("paths/gbuffer", "best/first_hit")
 AIMS: dict[str, dict[str, float]] = {
-    **{pair: FEATURE_AIMS for pair in FEATURE_PAIRS},
+    **dict.fromkeys(FEATURE_PAIRS, FEATURE_AIMS),
     "best/oidn at equal time, reflection and refraction": {"relMSE": 0.70},
     "best/oidn at equal time, diffuse": {"relMSE": 1.05},
 }

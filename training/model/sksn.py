@@ -298,8 +298,9 @@ def modulated(parts: Tensor, gate: Tensor, albedo: Tensor) -> Tensor:
 def guide_means(sums: Tensor, first: int) -> Tensor:
     """Mean guides [n, GUIDES, h, w] of sums over samples [n, planes, h, w], from plane `first` on.
 
-    Guides are followed by their share. Where a class has no sample, those of the pixels around. Of sums by ways, which are more planes,
-    about those of the commonest one: each mean counts by the cube of its share.
+    Guides are followed by their share. Where a class has no sample, those of the pixels around. Of
+    sums by ways, which are more planes, about those of the commonest one: each mean counts by the
+    cube of its share.
     """
     rows = [sums[:, i : i + GUIDES + 1] for i in range(first, sums.shape[1], GUIDES + 1)]
     own = rows[0]
