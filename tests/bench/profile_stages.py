@@ -4,8 +4,8 @@
 
 Renders each stage under `perf record`, one thread pinned to one core, and prints what part of the
 samples of the processor's clock fell into which kind of code, as a table for the docs. Needs
-Linux's perf (Debian's package linux-perf) and the right to count in user space. Without stages those of the
-benchmark against other renderers are taken; that of a million instances is made by
+Linux's perf (Debian's package linux-perf) and the right to count in user space. Without stages
+those of the benchmark against other renderers are taken; that of a million instances is made by
 `./run mbfeat bench --scenes field --quick` first, and left out where it is missing.
 """
 
