@@ -234,6 +234,15 @@ Status DenoiseModel::readContract() {
         return Error{file_, "its metadata mbfeat:classes is '" + entry("classes") +
                                 "', which cannot be. Export the network anew."};
     }
+    // Of one class with guides these and a count by the way to their vertex, else a count at least.
+    const int least = contract_.classes == 1 && contract_.guides > 0
+                          ? kPathWays * (contract_.guides + 1)
+                          : contract_.guides + 1;
+    if (layered && contract_.classPlanes < least) {
+        return Error{file_, "its metadata mbfeat:classPlanes is '" + entry("classPlanes") +
+                                "', which cannot be with its guides and classes. Export the "
+                                "network anew."};
+    }
     std::istringstream dilations(entry("atrous"));
     for (std::string text; std::getline(dilations, text, ',');) {
         if (!readNumber(text, 1, 1024, contract_.atrous.emplace_back())) {

@@ -139,15 +139,20 @@ Image::Image(int width, int height, int channels, Storage storage, std::vector<s
       storage_(storage),
       bytes_(data.size()),
       data_(std::move(data)) {
-    data_.reserve(bytes_ + kPadding); // no more: resize() alone might double it
-    data_.resize(bytes_ + kPadding);
+    // Four channels and floats are words already; a large image is not copied for nothing.
+    const bool isByte = storage_ == Storage::kUNorm8 || storage_ == Storage::kSrgb8;
+    if (isByte && channels_ < 4) {
+        data_.reserve(bytes_ + kPadding); // no more: resize() alone might double it
+        data_.resize(bytes_ + kPadding);
+    }
 }
 
 bool Image::hasLanes() const {
     constexpr std::size_t kMostBytes = std::size_t{1} << 31U;
     const bool simple =
         storage_ == Storage::kUNorm8 || storage_ == Storage::kSrgb8 || storage_ == Storage::kFloat;
-    return simple && data_.size() <= kMostBytes;
+    constexpr int kMostSide = 1 << 24; // whole numbers of floats
+    return simple && data_.size() <= kMostBytes && width_ < kMostSide && height_ < kMostSide;
 }
 
 const float* Image::srgbCodes() {

@@ -58,9 +58,9 @@ public:
     /// [0, 1] and clamps inside, so that an edge shows no dark seam. st that is not finite: black.
     Float4 sample(Float2 st, Wrap wrapS, Wrap wrapT) const;
 
-    /// Whether scene/textureLanes.h can look it up: 8-bit or float texels, at most 2 GiB of them.
+    /// Whether scene/textureLanes.h can look it up: 8-bit or float texels, at most 2 GiB.
     bool hasLanes() const;
-    /// The texels, and three bytes behind them.
+    /// The texels, and where they are bytes and fewer than four channels three bytes behind them.
     const std::uint8_t* data() const { return data_.data(); }
     /// Linear light of the 256 sRGB codes.
     static const float* srgbCodes();

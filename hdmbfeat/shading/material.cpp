@@ -246,7 +246,9 @@ bool fitsLanes(const MaterialBinding& binding, bool cutsOut) {
         constexpr auto kMost = static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max());
         return attribute == nullptr || (*attribute && attribute->values.size() < kMost);
     };
-    return !cutsOut &&
+    constexpr auto kMostTriangles =
+        static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max() / 3);
+    return !cutsOut && binding.mesh->triangles.size() < kMostTriangles &&
            std::all_of(binding.varying.begin(), binding.varying.end(), [&](MaterialSlot slot) {
                const BoundInput& bound = binding.inputs[static_cast<std::size_t>(slot)];
                if (bound.source == MaterialInput::Source::kPrimvar) {

@@ -3,10 +3,11 @@
     ./run python tests/bench/profile_stages.py [STAGE ...] [--samples 1024] [--width 320]
 
 Renders each stage under `perf record`, one thread pinned to one core, and prints what part of the
-samples of the processor's clock fell into which kind of code, as a table for the docs. Needs
-Linux's perf (Debian's package linux-perf) and the right to count in user space. Without stages
-those of the benchmark against other renderers are taken; that of a million instances is made by
-`./run mbfeat bench --scenes field --quick` first, and left out where it is missing.
+samples of the processor's clock fell into which kind of code, as a table for the docs; what was
+inlined counts where it was inlined. Needs Linux's perf (Debian's package linux-perf) and the right
+to count in user space. Without stages those of the benchmark against other renderers are taken;
+that of a million instances is made by `./run mbfeat bench --scenes field --quick` first, and left
+out where it is missing.
 """
 
 from __future__ import annotations
@@ -31,7 +32,8 @@ KINDS = (
     ("rays to and from Embree", r"TraceStage|RaySorter|intersectLight|AccelerationQuery|::Accel"),
     ("textures, primvars", r"sampleTexture|MaterialLanes|evaluateMaterial|evaluateAttribute|Image::"
      r"|decodeTexel|decodeValue|lookUp|materialValues"),
-    ("choice of lights", r"LightChoice|LightTree|LightSampler|InfiniteLights|LightWeights"),
+    ("choice of lights", r"LightChoice|LightTree|LightSampler|InfiniteLights|LightWeights"
+     r"|LightPair|oneOfPair|importanceAt"),
     ("lights", r"lightSamples|sampleOnLanes|Emitter|EnvironmentMap|EndStage|Shape<|LightShaping"
      r"|PreparedLight|PiecewiseConstant|AliasTable"),
     ("surfaces, closures", r"ShadeStage|Bsdf|Microfacet|fresnel|Fresnel|surfacePoint|HitLanes"

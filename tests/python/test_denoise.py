@@ -180,6 +180,30 @@ def test_raw_image_stays_where_the_model_cannot_be_used(
     assert np.array_equal(image(file), image(file, "mbfeat:raw"))
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("classPlanes", b"01", "classPlanes"),
+        ("classes", b"2", "classes"),
+        ("guides", b"8", "guides"),
+        ("format", b"9", "format"),
+        ("kernel", b"8", "kernel"),
+    ],
+)
+def test_contradicting_metadata_is_told(
+    name: str, value: bytes, words: str, tmp_path: Path
+) -> None:
+    """Nothing is read beyond what such a file holds."""
+    content = Path(dict(_core.installed_models())["best"]).read_bytes()
+    # A key, and a value of the same length as the new one.
+    place = content.index(f"mbfeat:{name}".encode()) + len(f"mbfeat:{name}")
+    assert content[place : place + 2] == bytes([0x12, len(value)])
+    file = tmp_path / "bad.onnx"
+    file.write_bytes(content[: place + 2] + value + content[place + 2 + len(value) :])
+    with pytest.raises(RuntimeError, match=words):
+        _core.DenoiseModel.open(str(file))
+
+
 def test_raw_image_stays_without_the_library(tmp_path: Path) -> None:
     raw, out = tmp_path / "raw.exr", tmp_path / "out.exr"
     stage = SCENES / "cockpit.usda"

@@ -19,9 +19,9 @@ Reconstructions of a few paths a pixel, on scenes of classes that no network was
 three stages that the paper's scenes are like, by
 
 - `best`, the network that MBFeat denoises with by default, and `first_hit`, the same network
-  trained by the same steps on the same patches, which sees albedo, normal and direct light of the
-  first hit in place of all that is recorded at six vertices. What tells the two apart is what the
-  features buy.
+  trained by the same steps on the same patches, which sees what is recorded of the first hit
+  (depth, albedo, normal, direct light, roughness) in place of six vertices and their events. What
+  tells the two apart is what the features buy; where `first_hit` has less error they do harm.
 - `gbuffer` and `paths`: the same comparison for the paper's network, the SKSN of 2019 at a reduced
   size, with the first hit's features and with the 54 of six vertices.
 - `fast`, a smaller network, and Open Image Denoise, plain and at its best (albedo and normal of the

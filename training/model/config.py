@@ -47,8 +47,9 @@ class ModelConfig:
     `classes` is how many kernels a pixel of `layers` has: 3, or 1 for all of its paths together,
     whose features are then summed up over all of them; `guides` are then those of the commonest way
     to that vertex, or a pane's few reflections would make noise of them.
-    `first_hit` hides all but the albedo, normal and direct light of the first hit, and the
-    radiance: the network is the same, and what it lacks is what the later vertices are worth.
+    `first_hit` hides all but the radiance, the place in the pixel and what is recorded of the first
+    hit (depth, albedo, normal, direct light, roughness; no events): the network is the same, and
+    what it lacks is what the later vertices are worth.
     """
 
     features: str = "paths"
@@ -155,7 +156,8 @@ class ModelConfig:
             sides = 1 if level == len(self.unet) - 1 else 2
             # Convolutions, and for pooling and bilinear enlargement one cell of the level.
             context += 2**level * (self.convs * sides + (1 if level else 0))
-        return self.steps * context
+        # Guides are filled from a mean of 5 x 5 pixels.
+        return max(self.steps * context, 2 if self.guides else 0)
 
 
 def from_dict(kind: type[T], values: dict[str, Any], where: str) -> T:

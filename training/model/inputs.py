@@ -69,7 +69,11 @@ def network_input(
 
 
 def first_hit_channels(features: str) -> list[int]:
-    """What a renderer without path features would have: no events, nothing behind the first hit."""
+    """All but the events and what is behind the first hit.
+
+    Radiance, place in the pixel, depth, and of the first hit albedo, normal, direct light, whether
+    there is one, roughness and distance; its throughput is 1.
+    """
     return [
         i
         for i, name in enumerate(CHANNELS[features])
