@@ -5,12 +5,11 @@
 
 #include "core/floatTraps.h"
 #include "core/frame.h"
+#include "shading/materialInputs.h"
 
 namespace mbfeat {
 
 namespace {
-
-using material::Range;
 
 const MaterialInput& inputOf(const Material& material, MaterialSlot slot) {
     switch (slot) {
@@ -38,62 +37,6 @@ const MaterialInput& inputOf(const Material& material, MaterialSlot slot) {
         break;
     }
     return material.normal;
-}
-
-float inRange(float value, const Range& range) {
-    return std::isnan(value) ? range.fallback : clamp(value, range.least, range.most);
-}
-
-Float3 inRange(const Float3& value, const Range& range) {
-    return {inRange(value.x, range), inRange(value.y, range), inRange(value.z, range)};
-}
-
-/// A tangent-space normal of unit length; (0, 0, 1) where there is no direction in the value.
-Float3 unitNormal(const Float3& value) {
-    const Float3 up(0.0F, 0.0F, 1.0F);
-    if (!isFinite(value) || maxComponent(abs(value)) > material::kLongestNormal) {
-        return up; // its square would overflow
-    }
-    const float norm = length(value);
-    return norm > material::kShortestNormal ? value / norm : up;
-}
-
-/// Writes one input into the parameters, clamped. Opacity inputs are kept by evaluateOpacity().
-void store(MaterialSlot slot, const Float3& value, SurfaceParameters<float>& p) {
-    switch (slot) {
-    case MaterialSlot::kDiffuseColor:
-        p.diffuseColor = inRange(value, material::kDiffuse);
-        break;
-    case MaterialSlot::kEmissiveColor:
-        p.emission = inRange(value, material::kEmission);
-        break;
-    case MaterialSlot::kSpecularColor:
-        p.specularColor = inRange(value, material::kSpecular);
-        break;
-    case MaterialSlot::kMetallic:
-        p.metallic = inRange(value.x, material::kMetallic);
-        break;
-    case MaterialSlot::kRoughness:
-        p.roughness = inRange(value.x, material::kRoughness);
-        break;
-    case MaterialSlot::kClearcoat:
-        p.clearcoat = inRange(value.x, material::kClearcoat);
-        break;
-    case MaterialSlot::kClearcoatRoughness:
-        p.clearcoatRoughness = inRange(value.x, material::kClearcoatRoughness);
-        break;
-    case MaterialSlot::kOpacity:
-        p.opacity = inRange(value.x, material::kOpacity);
-        break;
-    case MaterialSlot::kOpacityThreshold:
-        break;
-    case MaterialSlot::kIor:
-        p.ior = inRange(value.x, material::kIor);
-        break;
-    case MaterialSlot::kNormal:
-        p.tangentNormal = unitNormal(value);
-        break;
-    }
 }
 
 Float2 transformed(const BoundTexture& texture, const Float2& st) {
@@ -156,19 +99,11 @@ private:
     std::array<Float4, kKept> kept_;
 };
 
-Float3 channels(const Float4& value, int first) {
-    const float all[4] = {value.x, value.y, value.z, value.w};
-    const auto at = [&](int channel) { return all[std::min(channel, 3)]; };
-    return {at(first), at(first + 1), at(first + 2)};
-}
-
 Float3 evaluateInput(const MaterialBinding& binding, MaterialSlot slot, std::uint32_t triangle,
                      float b1, float b2, TextureValues& textures) {
-    // Authors may write anything: what comes out of it is brought into range, see store().
-    const FloatTrapsMasked anything;
     const BoundInput& bound = binding.inputs[static_cast<std::size_t>(slot)];
     if (bound.source == MaterialInput::Source::kTexture) {
-        return channels(textures.get(bound.input->texture), bound.input->channel);
+        return material::channels(textures.get(bound.input->texture), bound.input->channel);
     }
     if (bound.source == MaterialInput::Source::kPrimvar) {
         const Float4 v = evaluateAttribute(*bound.primvar, *binding.mesh, triangle, b1, b2);
@@ -236,7 +171,7 @@ float thresholdAt(const MaterialBinding& binding, std::uint32_t triangle, float 
                   TextureValues& textures) {
     const Float3 value =
         evaluateInput(binding, MaterialSlot::kOpacityThreshold, triangle, b1, b2, textures);
-    return inRange(value.x, material::kThreshold);
+    return material::inRange(value.x, material::kThreshold);
 }
 
 /// Whether what varies is evaluated on lanes: all but cut-outs, images that lanes do not read, and
@@ -304,13 +239,16 @@ MaterialBinding bindMaterial(const Material& material, const Mesh& mesh,
         binding.textures.push_back(bindTexture(material, i, mesh));
     }
 
+    // Authors may write anything: what comes out of it is brought into range.
+    const FloatTrapsMasked anything;
     TextureValues unread(binding, 0, 0.0F, 0.0F);
     for (int i = 0; i < kMaterialSlots; ++i) {
         const auto slot = static_cast<MaterialSlot>(i);
         BoundInput& bound = binding.inputs[static_cast<std::size_t>(i)];
         bound = bindInput(inputOf(material, slot), binding);
         if (bound.source == MaterialInput::Source::kConstant) {
-            store(slot, evaluateInput(binding, slot, 0, 0.0F, 0.0F, unread), binding.constants);
+            material::store(slot, evaluateInput(binding, slot, 0, 0.0F, 0.0F, unread),
+                            binding.constants);
             continue;
         }
         binding.varying.push_back(slot);
@@ -345,9 +283,11 @@ SurfaceParameters<float> evaluateMaterial(const MaterialBinding& binding, std::u
     if (binding.isConstant) {
         return parameters;
     }
+    // Authors may write anything: what comes out of it is brought into range.
+    const FloatTrapsMasked anything;
     TextureValues textures(binding, triangle, b1, b2);
     for (const MaterialSlot slot : binding.varying) {
-        store(slot, evaluateInput(binding, slot, triangle, b1, b2, textures), parameters);
+        material::store(slot, evaluateInput(binding, slot, triangle, b1, b2, textures), parameters);
     }
     if (parameters.opacity < 1.0F &&
         isCutOut(binding, thresholdAt(binding, triangle, b1, b2, textures))) {
@@ -357,13 +297,15 @@ SurfaceParameters<float> evaluateMaterial(const MaterialBinding& binding, std::u
 }
 
 float evaluateOpacity(const MaterialBinding& binding, std::uint32_t triangle, float b1, float b2) {
+    // Authors may write anything: what comes out of it is brought into range.
+    const FloatTrapsMasked anything;
     TextureValues textures(binding, triangle, b1, b2);
     const float threshold = thresholdAt(binding, triangle, b1, b2, textures);
     if (!isCutOut(binding, threshold)) {
         return 1.0F;
     }
     const Float3 value = evaluateInput(binding, MaterialSlot::kOpacity, triangle, b1, b2, textures);
-    const float opacity = inRange(value.x, material::kOpacity);
+    const float opacity = material::inRange(value.x, material::kOpacity);
     if (threshold > 0.0F) {
         return opacity >= threshold ? 1.0F : 0.0F;
     }

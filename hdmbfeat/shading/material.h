@@ -14,28 +14,6 @@
 
 namespace mbfeat {
 
-/// What values are brought to: NaN is the fallback, the specification's default.
-namespace material {
-struct Range {
-    float least, most, fallback;
-};
-/// Radiance beyond this is treated as a mistake that must not overflow float sums.
-inline constexpr float kMostEmission = 1e12F;
-inline constexpr Range kDiffuse{0.0F, 1.0F, 0.18F};
-inline constexpr Range kEmission{0.0F, kMostEmission, 0.0F};
-inline constexpr Range kSpecular{0.0F, 1.0F, 0.0F};
-inline constexpr Range kMetallic{0.0F, 1.0F, 0.0F};
-inline constexpr Range kRoughness{0.0F, 1.0F, 0.5F};
-inline constexpr Range kClearcoat{0.0F, 1.0F, 0.0F};
-inline constexpr Range kClearcoatRoughness{0.0F, 1.0F, 0.01F};
-inline constexpr Range kOpacity{0.0F, 1.0F, 1.0F};
-inline constexpr Range kThreshold{0.0F, 1.0F, 0.0F};
-inline constexpr Range kIor{0.01F, 100.0F, 1.5F};
-/// Tangent-space normals outside of these lengths have no direction: (0, 0, 1) stands for them.
-inline constexpr float kShortestNormal = 1e-6F;
-inline constexpr float kLongestNormal = 1e18F; ///< a component; its square would overflow
-} // namespace material
-
 /// A texture node with the mesh's coordinates resolved and its UsdTransform2d multiplied out.
 struct BoundTexture {
     const TextureNode* node = nullptr;

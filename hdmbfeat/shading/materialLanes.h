@@ -4,11 +4,10 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 
 #include "core/laneMemory.h"
 #include "scene/textureLanes.h"
-#include "shading/material.h"
+#include "shading/materialInputs.h"
 
 namespace mbfeat {
 
@@ -77,7 +76,7 @@ public:
     /// Puts the varying inputs into the constant ones.
     void evaluate(SurfaceParameters<T>& parameters) {
         for (const MaterialSlot slot : binding_.varying) {
-            store(slot, input(slot), parameters);
+            material::store(slot, input(slot), parameters);
         }
     }
 
@@ -87,16 +86,10 @@ private:
     Value input(MaterialSlot slot) {
         const BoundInput& bound = binding_.inputs[static_cast<std::size_t>(slot)];
         if (bound.source == MaterialInput::Source::kTexture) {
-            return channels(texture(bound.input->texture), bound.input->channel);
+            return material::channels(texture(bound.input->texture), bound.input->channel);
         }
         const Vec4<T> v = evaluateAttribute(*bound.primvar, *binding_.mesh, places_);
         return bound.primvar->width == 1 ? Value(v.x) : Value(v.x, v.y, v.z);
-    }
-
-    static Value channels(const Vec4<T>& value, int first) {
-        const std::array<T, 4> all = {value.x, value.y, value.z, value.w};
-        const auto at = [&](int channel) { return all[static_cast<std::size_t>(min(channel, 3))]; };
-        return {at(first), at(first + 1), at(first + 2)};
     }
 
     /// Inputs that read other channels of the same texture share one look-up.
@@ -126,66 +119,6 @@ private:
         const Float4 &scale = node.scale, &bias = node.bias;
         return {fma(t.x, T(scale.x), T(bias.x)), fma(t.y, T(scale.y), T(bias.y)),
                 fma(t.z, T(scale.z), T(bias.z)), fma(t.w, T(scale.w), T(bias.w))};
-    }
-
-    /// Writes one input into the parameters, in range.
-    static void store(MaterialSlot slot, const Value& value, SurfaceParameters<T>& p) {
-        using material::Range;
-        const auto colour = [&](const Range& range) {
-            return Value(inRange(value.x, range), inRange(value.y, range), inRange(value.z, range));
-        };
-        switch (slot) {
-        case MaterialSlot::kDiffuseColor:
-            p.diffuseColor = colour(material::kDiffuse);
-            break;
-        case MaterialSlot::kEmissiveColor:
-            p.emission = colour(material::kEmission);
-            break;
-        case MaterialSlot::kSpecularColor:
-            p.specularColor = colour(material::kSpecular);
-            break;
-        case MaterialSlot::kMetallic:
-            p.metallic = inRange(value.x, material::kMetallic);
-            break;
-        case MaterialSlot::kRoughness:
-            p.roughness = inRange(value.x, material::kRoughness);
-            break;
-        case MaterialSlot::kClearcoat:
-            p.clearcoat = inRange(value.x, material::kClearcoat);
-            break;
-        case MaterialSlot::kClearcoatRoughness:
-            p.clearcoatRoughness = inRange(value.x, material::kClearcoatRoughness);
-            break;
-        case MaterialSlot::kOpacity:
-            p.opacity = inRange(value.x, material::kOpacity);
-            break;
-        case MaterialSlot::kOpacityThreshold:
-            break;
-        case MaterialSlot::kIor:
-            p.ior = inRange(value.x, material::kIor);
-            break;
-        case MaterialSlot::kNormal:
-            p.tangentNormal = unitNormal(value);
-            break;
-        }
-    }
-
-    /// As std::min and std::max take zeros, which have a sign.
-    static T inRange(const T& value, const material::Range& range) {
-        const T least(range.least), most(range.most);
-        const T risen = select(value < least, least, value);
-        const T bounded = select(most < risen, most, risen);
-        return select(value == value, bounded, T(range.fallback));
-    }
-
-    static Value unitNormal(const Value& value) {
-        const T zeros = value.x * T(0) + value.y * T(0) + value.z * T(0);
-        const Mask<T> usable =
-            zeros == T(0) && !(maxComponent(abs(value)) > T(material::kLongestNormal));
-        const T norm = length(value);
-        const Mask<T> directed = usable && norm > T(material::kShortestNormal);
-        const T by = select(directed, norm, T(1));
-        return select<T>(directed, value / by, Value(T(0), T(0), T(1)));
     }
 
     const MaterialBinding& binding_;
