@@ -37,7 +37,7 @@ from training.model.sksn import Sksn, fold_weight_norm, mean_albedo, modulated  
 from training.model.splat import distances, plain_splat, splat  # noqa: E402
 
 OPSET = 18
-FORMAT = 5
+FORMAT = 6
 TOLERANCE = 1e-4
 PREFIX = "mbfeat:"  # of the metadata entries that hold the contract
 
@@ -74,7 +74,9 @@ class Contract:
       them without the graph there is an entry mbfeat:encoder, see `encoder_bytes`.
 
     Tiles begin at multiples of `unit` and overlap by `receptiveField`, the splat's kernel // 2 and
-    twice each dilation.
+    twice each dilation. From format 6 on the sizes of what is given to `hidden` networks and to the
+    second graph of `layered` ones are multiples of `unit`, too: what is missing below and to the
+    right is filled with zeros, shares among them, and the outputs there are of no use.
     `workingFloats` is about how many numbers a pixel (and sample) takes while the graph runs.
     """
 
@@ -125,7 +127,7 @@ class _Hidden(nn.Module):
         self.model = model
 
     def forward(self, samples: Tensor, share: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        state = self.model.hidden(samples[None], share[None])
+        state = self.model.of_whole_cells(samples[None], share[None])
         return state.hidden[0], *_last_layer(self.model)
 
 
@@ -147,8 +149,7 @@ class _OfClasses(nn.Module):
         self.model = model
 
     def forward(self, classes: Tensor) -> tuple[Tensor, ...]:
-        hidden = self.model.of_classes(classes[None]).squeeze(0)  # an index would copy
-        likeness = self.model.likeness(hidden[None], classes[None])
+        hidden, *likeness = self.model.of_classes(classes[None])
         alike = tuple(part for part in likeness if part is not None)
         if self.model.atrous is not None:
             alike = (*alike, self.model.atrous.centre(hidden), self.model.atrous.table())
@@ -356,14 +357,17 @@ def run(path: Path, samples: NDArray[np.float32], *, threads: int = 0) -> NDArra
     kind = entries[f"{PREFIX}kind"]
     if kind == "whole":
         return np.asarray(session.run(None, {"samples": samples})[0])
-    count = samples.shape[0]
-    share = np.full((count, 1, *samples.shape[2:]), 1.0 / count, dtype=np.float32)
-    given = {"samples": samples, "share": share}
-    light = samples[:, :3]
+    count, _, height, width = samples.shape
+    share = np.full((count, 1, height, width), 1.0 / count, dtype=np.float32)
+    unit = int(entries[f"{PREFIX}unit"])
+    border = ((0, 0), (0, 0), (0, -height % unit), (0, -width % unit))
+    given = {"samples": np.pad(samples, border), "share": np.pad(share, border)}
+    area = (height, width)
     if kind == "layered":
-        return _run_layered(session, entries, given, threads)
-    units = _logits(*session.run(None, given))
-    values = torch.from_numpy(np.ascontiguousarray(light))
+        return _run_layered(session, entries, given, area, threads)
+    hidden, *last = session.run(None, given)
+    units = _logits(hidden[..., :height, :width], *last)
+    values = torch.from_numpy(np.ascontiguousarray(samples[:, :3]))
     return np.asarray(splat(units[None], values[None])[0].numpy())
 
 
@@ -373,12 +377,20 @@ def _logits(hidden: Any, weight: Any, bias: Any) -> Tensor:
 
 
 def _run_layered(
-    session: Any, entries: dict[str, str], given: dict[str, Any], threads: int
+    session: Any,
+    entries: dict[str, str],
+    given: dict[str, Any],
+    area: tuple[int, int],
+    threads: int,
 ) -> NDArray[np.float32]:
     sums = open_session(base64.b64decode(entries[f"{PREFIX}samples"]), threads)
     classes, mask, *divisor = (torch.from_numpy(a) for a in sums.run(None, given))
     names = [output.name for output in session.get_outputs()]
     found = dict(zip(names, session.run(None, {"classes": classes.numpy()}), strict=True))
+    height, width = area
+    for name in {"hidden", "alike", "scales", "centre", "gate"} & set(found):
+        found[name] = np.ascontiguousarray(found[name][..., :height, :width])
+    mask, *divisor = (part[..., :height, :width] for part in (mask, *divisor))
     logits = _logits(found["hidden"], found["weight"], found["bias"])
     likeness = None
     if "alike" in found:
@@ -386,8 +398,8 @@ def _run_layered(
         scales = torch.from_numpy(found["scales"]) if "scales" in found else None
         likeness = Likeness(torch.from_numpy(found["alike"]), scales)
         logits = logits - distances(likeness.features, kernel, scales)
-    weight = mask * torch.from_numpy(given["share"])
-    samples = torch.from_numpy(given["samples"])[:, :3]
+    weight = mask * torch.from_numpy(given["share"])[..., :height, :width]
+    samples = torch.from_numpy(given["samples"])[:, :3, :height, :width]
     lights = [samples, *(samples / by for by in divisor)]
     light = torch.einsum("schw,skhw->ckhw", weight, torch.cat(lights, dim=1))
     parts = splat(logits[:, None], light[:, None].contiguous())

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <limits>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -40,6 +42,47 @@ std::size_t mostSamples(const PathSamples& paths) {
     return paths.counts.empty() ? static_cast<std::size_t>(paths.capacity)
                                 : *std::max_element(paths.counts.begin(), paths.counts.end());
 }
+
+/// The network's outputs of a tile, cut to it where the network was given more.
+class TileOutputs {
+public:
+    /// `grid` columns and rows were given, of which the first `columns` and `rows` are the tile.
+    TileOutputs(OnnxSession::Outputs outputs, std::int64_t gridColumns, std::int64_t gridRows,
+                std::int64_t columns, std::int64_t rows)
+        : outputs_(std::move(outputs)) {
+        for (std::size_t i = 0; i < outputs_.size(); ++i) {
+            views_.push_back(outputs_[i]);
+            TensorView& view = views_.back();
+            const std::size_t axes = view.shape.size();
+            const bool isImage = axes >= 2 && view.shape[axes - 1] == gridColumns &&
+                                 view.shape[axes - 2] == gridRows;
+            if (!isImage || (gridColumns == columns && gridRows == rows)) {
+                continue;
+            }
+            const std::size_t planes =
+                view.size() / static_cast<std::size_t>(gridColumns * gridRows);
+            std::vector<float>& cut = memory_.emplace_back(
+                planes * static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+            float* to = cut.data();
+            for (std::size_t plane = 0; plane < planes; ++plane) {
+                for (std::int64_t y = 0; y < rows; ++y, to += columns) {
+                    const std::int64_t row = static_cast<std::int64_t>(plane) * gridRows + y;
+                    std::copy_n(view.data + row * gridColumns, columns, to);
+                }
+            }
+            view.data = cut.data();
+            view.shape[axes - 1] = columns;
+            view.shape[axes - 2] = rows;
+        }
+    }
+
+    const TensorView& operator[](std::size_t index) const { return views_[index]; }
+
+private:
+    OnnxSession::Outputs outputs_;
+    std::vector<TensorView> views_;
+    std::deque<std::vector<float>> memory_; ///< of views that were cut, which keep their places
+};
 
 /// What both kinds of models share: tiles, the splat, the image.
 class Reconstruction {
@@ -86,22 +129,45 @@ protected:
         return std::move(result_);
     }
 
+    /// Columns, or rows, that the network is given for so many.
+    std::int64_t gridSize(std::int64_t size) const {
+        const std::int64_t unit = contract_.wholeUnits ? contract_.unit : 1;
+        return (size + unit - 1) / unit * unit;
+    }
+
+    /// Runs the network on a tile's inputs, which are as large as gridSize() says; nothing, and a
+    /// failure, where it fails.
+    std::optional<TileOutputs> infer(const Tile& tile, const std::vector<TensorView>& inputs) {
+        const Clock::time_point begin = Clock::now();
+        Result<OnnxSession::Outputs> outputs = model_.graph().run(inputs);
+        if (!outputs) {
+            failure_ = outputs.error();
+            return std::nullopt;
+        }
+        const std::int64_t columns = width(tile.region), rows = height(tile.region);
+        TileOutputs found(std::move(outputs.value()), gridSize(columns), gridSize(rows), columns,
+                          rows);
+        result_.inferenceSeconds += secondsSince(begin);
+        return found;
+    }
+
     std::vector<Tile> makeTiles(std::size_t samples) {
         const auto unit = static_cast<std::int64_t>(contract_.unit);
-        const auto up = [&](std::int64_t n) { return (n + unit - 1) / unit * unit; };
-        const std::int64_t margin = up(contract_.receptiveField + contract_.spread());
-        const std::int64_t side = up(tileSide(margin, samples));
-        result_.tileSize = static_cast<int>(side);
+        const std::int64_t margin =
+            (contract_.receptiveField + contract_.spread() + unit - 1) / unit * unit;
+        const std::pair<std::int64_t, std::int64_t> sides = tileSides(margin, samples);
+        const std::int64_t sideX = sides.first, sideY = sides.second;
+        result_.tileSize = static_cast<int>(std::max(sideX, sideY));
         std::vector<Tile> tiles;
-        for (std::int64_t y = 0; y < height_; y += side) {
-            for (std::int64_t x = 0; x < width_; x += side) {
-                const auto cut = [&](std::int64_t border) {
+        for (std::int64_t y = 0; y < height_; y += sideY) {
+            for (std::int64_t x = 0; x < width_; x += sideX) {
+                const auto cut = [&, x0 = x, y0 = y](std::int64_t border) {
                     const auto w = static_cast<std::int64_t>(width_);
                     const auto h = static_cast<std::int64_t>(height_);
-                    return SplatTile{static_cast<int>(std::max<std::int64_t>(x - border, 0)),
-                                     static_cast<int>(std::max<std::int64_t>(y - border, 0)),
-                                     static_cast<int>(std::min(x + side + border, w)),
-                                     static_cast<int>(std::min(y + side + border, h))};
+                    return SplatTile{static_cast<int>(std::max<std::int64_t>(x0 - border, 0)),
+                                     static_cast<int>(std::max<std::int64_t>(y0 - border, 0)),
+                                     static_cast<int>(std::min(x0 + sideX + border, w)),
+                                     static_cast<int>(std::min(y0 + sideY + border, h))};
                 };
                 tiles.push_back({cut(0), cut(margin)});
             }
@@ -109,26 +175,47 @@ protected:
         return tiles;
     }
 
-    /// The largest tile whose run fits into the memory; a small one costs more for its margin.
-    std::int64_t tileSide(std::int64_t margin, std::size_t samples) const {
-        const std::int64_t whole = std::max(width_, height_);
+    /// Width and height of tiles whose runs fit into the memory, such that all margins together are
+    /// least; multiples of the unit.
+    std::pair<std::int64_t, std::int64_t> tileSides(std::int64_t margin,
+                                                    std::size_t samples) const {
+        const auto side = [this](std::int64_t size, std::int64_t parts) {
+            const std::int64_t unit = contract_.unit;
+            return ((size + parts - 1) / parts + unit - 1) / unit * unit;
+        };
         if (options_.tile > 0) {
-            return std::min<std::int64_t>(options_.tile, whole);
+            return {side(options_.tile, 1), side(options_.tile, 1)};
         }
         const double bytes = 4.0 * static_cast<double>(samples) * contract_.workingFloats;
         const double pixels = options_.memory * 1073741824.0 / bytes;
-        if (static_cast<double>(pixelCount()) <= pixels) {
-            return whole;
-        }
+        // Smaller ones would cost more than they save, whatever the memory.
         constexpr std::int64_t kLeast = 64;
-        return std::max(static_cast<std::int64_t>(std::sqrt(pixels)) - 2 * margin, kLeast);
+        const auto most = [](std::int64_t size) {
+            return std::max<std::int64_t>(size / kLeast, 1);
+        };
+        std::pair<std::int64_t, std::int64_t> best{side(width_, most(width_)),
+                                                   side(height_, most(height_))};
+        double least = std::numeric_limits<double>::infinity();
+        for (std::int64_t columns = 1; columns <= most(width_); ++columns) {
+            for (std::int64_t rows = 1; rows <= most(height_); ++rows) {
+                const std::int64_t x = side(width_, columns), y = side(height_, rows);
+                const auto regionX = std::min<std::int64_t>(x + 2 * margin, width_);
+                const auto regionY = std::min<std::int64_t>(y + 2 * margin, height_);
+                const double region = static_cast<double>(regionX) * static_cast<double>(regionY);
+                const double all = region * static_cast<double>(columns * rows);
+                if (region <= pixels && all < least) {
+                    least = all;
+                    best = {x, y};
+                }
+            }
+        }
+        return best;
     }
 
     /// Splats a tile's units, and puts its core into the image. `divisors` are of classes, which
     /// have a softmax each; null: units are samples, which share one.
-    void spread(const Tile& tile, const OnnxSession::Outputs& network,
-                const std::vector<float>& light, const float* presence,
-                const std::vector<float>* divisors) {
+    void spread(const Tile& tile, const TileOutputs& network, const std::vector<float>& light,
+                const float* presence, const std::vector<float>* divisors) {
         const Clock::time_point begin = Clock::now();
         const std::optional<SplatInput> found = splatInput(tile, network, light, divisors);
         if (!found) {
@@ -156,7 +243,7 @@ protected:
     }
 
     /// Of a tile's region; nothing where sizes are not what the contract says.
-    std::optional<SplatInput> splatInput(const Tile& tile, const OnnxSession::Outputs& network,
+    std::optional<SplatInput> splatInput(const Tile& tile, const TileOutputs& network,
                                          const std::vector<float>& light,
                                          const std::vector<float>* divisors) const {
         const std::size_t pixels = area(tile.region);
@@ -300,19 +387,16 @@ public:
 
 private:
     void reconstruct(const Tile& tile) {
+        const std::int64_t columns = gridSize(width(tile.region));
+        const std::int64_t rows = gridSize(height(tile.region));
         PathSums::Means means =
-            sums_.means(tile.region.x0, tile.region.y0, tile.region.x1, tile.region.y1);
-        const Clock::time_point begin = Clock::now();
-        Result<OnnxSession::Outputs> outputs =
-            model_.graph().run({{means.classes.data(),
-                                 {contract_.classes, static_cast<std::int64_t>(sums_.planes()),
-                                  height(tile.region), width(tile.region)}}});
-        result_.inferenceSeconds += secondsSince(begin);
-        if (!outputs) {
-            failure_ = outputs.error();
-            return;
+            sums_.means(tile.region, static_cast<int>(columns), static_cast<int>(rows), pool_);
+        const auto planes = static_cast<std::int64_t>(sums_.planes());
+        const std::optional<TileOutputs> network =
+            infer(tile, {{means.classes.get(), {contract_.classes, planes, rows, columns}}});
+        if (network) {
+            spread(tile, *network, means.light, nullptr, &means.divisor);
         }
-        spread(tile, outputs.value(), means.light, nullptr, &means.divisor);
     }
 
     const PathSums& sums_;
@@ -338,55 +422,61 @@ private:
     void reconstruct(const Tile& tile, std::size_t samples) {
         const Clock::time_point begin = Clock::now();
         const std::size_t pixels = area(tile.region);
-        std::vector<float> channels(samples * plan_.size() * pixels), shares(samples * pixels);
-        std::vector<float> light(samples * lightChannels_ * pixels);
+        const std::int64_t gridColumns = gridSize(width(tile.region));
+        const std::int64_t gridRows = gridSize(height(tile.region));
+        const auto grid = static_cast<std::size_t>(gridColumns * gridRows);
+        std::vector<float> channels(samples * plan_.size() * grid), shares(samples * grid);
+        std::vector<float> light(samples * lightChannels_ * pixels), presence(samples * pixels);
         const auto columns = static_cast<std::size_t>(width(tile.region));
         const auto pixelAt = [&](std::size_t i) {
             return (static_cast<std::size_t>(tile.region.y0) + i / columns) *
                        static_cast<std::size_t>(paths_.width) +
                    static_cast<std::size_t>(tile.region.x0) + i % columns;
         };
+        const auto placeOf = [&](std::size_t i) {
+            return i / columns * static_cast<std::size_t>(gridColumns) + i % columns;
+        };
         pool_.run(0, static_cast<std::int64_t>(samples), 1, options_.stop,
                   [&](std::int64_t sample, int /*thread*/) {
                       const auto s = static_cast<std::size_t>(sample);
-                      gather(s, pixels, pixelAt, channels.data() + s * plan_.size() * pixels,
-                             shares.data() + s * pixels);
-                      gatherLight(s, pixels, pixelAt, shares.data() + s * pixels,
-                                  light.data() + s * lightChannels_ * pixels);
+                      for (std::size_t i = 0; i < pixels; ++i) {
+                          const std::size_t pixel = pixelAt(i);
+                          const bool isThere =
+                              gather(pixel, s, grid,
+                                     channels.data() + s * plan_.size() * grid + placeOf(i));
+                          presence[s * pixels + i] = isThere ? 1.0F : 0.0F;
+                          if (isThere) {
+                              gatherLight(pixel, s, pixels,
+                                          light.data() + s * lightChannels_ * pixels + i);
+                          }
+                      }
                   });
         if (isOver()) {
             return;
         }
-        shareAlike(samples, pixels, shares);
-        result_.gatherSeconds += secondsSince(begin);
-        const Clock::time_point inference = Clock::now();
-        const auto n = static_cast<std::int64_t>(samples);
-        Result<OnnxSession::Outputs> outputs =
-            model_.graph().run({{channels.data(),
-                                 {n, static_cast<std::int64_t>(plan_.size()), height(tile.region),
-                                  width(tile.region)}},
-                                {shares.data(), {n, 1, height(tile.region), width(tile.region)}}});
-        result_.inferenceSeconds += secondsSince(inference);
-        if (!outputs) {
-            failure_ = outputs.error();
-            return;
+        shareAlike(samples, pixels, presence);
+        for (std::size_t s = 0; s < samples; ++s) {
+            for (std::size_t i = 0; i < pixels; ++i) {
+                shares[s * grid + placeOf(i)] = presence[s * pixels + i];
+            }
         }
-        spread(tile, outputs.value(), light, shares.data(), nullptr);
+        result_.gatherSeconds += secondsSince(begin);
+        const auto n = static_cast<std::int64_t>(samples);
+        const auto planes = static_cast<std::int64_t>(plan_.size());
+        const std::optional<TileOutputs> network =
+            infer(tile, {{channels.data(), {n, planes, gridRows, gridColumns}},
+                         {shares.data(), {n, 1, gridRows, gridColumns}}});
+        if (network) {
+            spread(tile, *network, light, presence.data(), nullptr);
+        }
     }
 
-    template <class PixelAt>
-    void gatherLight(std::size_t sample, std::size_t pixels, const PixelAt& pixelAt,
-                     const float* share, float* light) const {
-        for (std::size_t i = 0; i < pixels; ++i) {
-            if (share[i] == 0.0F) {
-                continue;
-            }
-            const float* const path = paths_.path(pixelAt(i), sample);
-            float* to = light + i;
-            for (const std::size_t field : plan_.lights()) {
-                for (std::size_t k = 0; k < 3; ++k, to += pixels) {
-                    *to = path[field + k];
-                }
+    /// Writes the colours of a pixel's sample, of which every `stride`th float is one.
+    void gatherLight(std::size_t pixel, std::size_t sample, std::size_t stride, float* to) const {
+        const float* const path = paths_.path(pixel, sample);
+        for (const std::size_t field : plan_.lights()) {
+            for (std::size_t k = 0; k < 3; ++k, to += stride) {
+                *to = path[field + k];
             }
         }
     }
@@ -405,29 +495,17 @@ private:
         }
     }
 
-    /// Writes a sample of some pixels as the network's channels, [channel][pixel], and its share of
-    /// each, 0 where there is none.
-    template <class PixelAt>
-    void gather(std::size_t s, std::size_t pixels, const PixelAt& pixelAt, float* planes,
-                float* share) {
-        std::uint64_t repaired = 0;
-        for (std::size_t i = 0; i < pixels; ++i) {
-            const std::size_t pixel = pixelAt(i);
-            share[i] = 0.0F;
-            if (s >= paths_.countOf(pixel)) {
-                for (std::size_t c = 0; c < plan_.size(); ++c) {
-                    planes[c * pixels + i] = 0.0F;
-                }
-                continue;
-            }
-            const float* const path = paths_.path(pixel, s);
-            if (plan_.write(path, planes + i, pixels)) {
-                share[i] = 1.0F;
-            } else {
-                ++repaired;
-            }
+    /// Writes a pixel's sample as the network's channels, of which every `stride`th float is one:
+    /// false where there is none, and they stay zero.
+    bool gather(std::size_t pixel, std::size_t sample, std::size_t stride, float* to) {
+        if (sample >= paths_.countOf(pixel)) {
+            return false;
         }
-        repaired_.fetch_add(repaired, std::memory_order_relaxed);
+        if (plan_.write(paths_.path(pixel, sample), to, stride)) {
+            return true;
+        }
+        repaired_.fetch_add(1, std::memory_order_relaxed);
+        return false;
     }
 
     const PathSamples& paths_;

@@ -22,10 +22,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kDefaultModel = "best";
-constexpr int kFormat = 5;
+constexpr int kFormat = 6;
 constexpr int kOldestFormat = 2;   ///< had neither affinity nor demodulation
 constexpr int kAffinityFormat = 3; ///< had no guides, and no passes after the splat
 constexpr int kGuidesFormat = 4;   ///< had three classes, always
+constexpr int kClassesFormat = 5;  ///< took any size
 
 /// Where the models lie that MBFeat comes with.
 fs::path modelFolder() {
@@ -228,6 +229,7 @@ Status DenoiseModel::readContract() {
                                     "', which cannot be. Export the network anew."};
         }
     }
+    contract_.wholeUnits = contract_.format > kClassesFormat;
     const bool layered = contract_.kind == DenoiseContract::Kind::kLayered;
     if (layered && contract_.format > kGuidesFormat &&
         (!readNumber(entry("classes"), 1, 3, contract_.classes) || contract_.classes == 2)) {

@@ -25,6 +25,7 @@ struct DenoiseContract {
     std::vector<std::string> channels; ///< of a sample, in the network's order
     int kernel = 1;
     int unit = 1;            ///< tiles begin at multiples of this
+    bool wholeUnits = false; ///< the graph's sizes are multiples of it too, filled with zeros
     int receptiveField = 0;  ///< pixels around one that can change it, without the splat
     int classPlanes = 0;     ///< of a layered model: sums of a class
     int classes = 3;         ///< of a layered model: direct, reflected, transmitted; or 1, all,

@@ -45,7 +45,10 @@ inline constexpr int kPathWays = 3;
 
 struct PathEncoder {
     float logScale = 1.0F;
-    std::vector<DenseLayer> vertex;    ///< empty: the vertices' features are given as they are
+    std::vector<DenseLayer> vertex; ///< empty: the vertices' features are given as they are
+    /// Of the first of these by vertex, padded: the bias, and the weights of the inputs that tell
+    /// which vertex it is, of which one is 1 and the others 0.
+    std::vector<std::vector<float>> vertexBias;
     std::vector<DenseLayer> embedding; ///< the last one's outputs are the embedding
     /// How many features of the first vertex that is no mirror follow it as they are: albedo,
     /// normal and depth, or none.

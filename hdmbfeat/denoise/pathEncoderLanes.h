@@ -150,11 +150,10 @@ private:
             if (none(isValid != T(0.0F))) {
                 continue;
             }
-            int inputs = addVertex(k, row_.data());
-            for (int j = 0; j < extended::kVertices; ++j) {
-                row_[static_cast<std::size_t>(inputs++)] = T(j == k ? 1.0F : 0.0F);
-            }
-            const T* const encoded = layers(encoder_.vertex, row_.data(), inputs);
+            const int inputs = addVertex(k, row_.data());
+            const T* const encoded =
+                layers(encoder_.vertex, row_.data(), inputs,
+                       encoder_.vertexBias[static_cast<std::size_t>(k)].data());
             for (int i = 0; i < size; ++i) {
                 out[i] = fma(isValid, encoded[i], out[i]);
             }
@@ -162,11 +161,15 @@ private:
         return size;
     }
 
-    const T* layers(const std::vector<DenseLayer>& all, const T* inputs, int size) {
+    /// `firstBias`, if any, in place of the first one's bias.
+    const T* layers(const std::vector<DenseLayer>& all, const T* inputs, int size,
+                    const float* firstBias = nullptr) {
         T* out = first_.data();
         T* spare = second_.data();
         for (const DenseLayer& layer : all) {
-            dense(layer, inputs, std::min(size, layer.inputs), out);
+            const float* const bias = firstBias != nullptr ? firstBias : layer.bias.data();
+            dense(layer, inputs, std::min(size, layer.inputs), bias, out);
+            firstBias = nullptr;
             inputs = out;
             size = layer.outputs;
             std::swap(out, spare);
@@ -174,15 +177,15 @@ private:
         return inputs;
     }
 
-    static void dense(const DenseLayer& layer, const T* inputs, int size, T* out) {
+    /// The weights of inputs from `size` on are not looked at.
+    static void dense(const DenseLayer& layer, const T* inputs, int size, const float* bias,
+                      T* out) {
         constexpr int kBlock = DenseLayer::kBlock;
         const float* weights = layer.weights.data();
         for (int block = 0; block < layer.blocks(); ++block) {
             std::array<T, kBlock> sum;
             for (int o = 0; o < kBlock; ++o) {
-                sum[static_cast<std::size_t>(o)] =
-                    T(layer.bias[static_cast<std::size_t>(block) * kBlock +
-                                 static_cast<std::size_t>(o)]);
+                sum[static_cast<std::size_t>(o)] = T(bias[block * kBlock + o]);
             }
             for (int i = 0; i < size; ++i, weights += kBlock) {
                 const T x = inputs[i];

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/parallel.h"
+
 namespace mbfeat {
 
 PathSums::PathSums(std::shared_ptr<const DenoiseModel> model, ChannelPlan plan, int width,
@@ -194,54 +196,76 @@ void PathSums::addLight(const std::size_t* pixels, std::size_t pixelCount, std::
     }
 }
 
-PathSums::Means PathSums::means(int x0, int y0, int x1, int y1) const {
-    const auto columns = static_cast<std::size_t>(x1 - x0);
-    const std::size_t area = columns * static_cast<std::size_t>(y1 - y0);
-    const std::size_t planes = classCount() * planes_;
-    const std::size_t lights = classCount() * storedLights();
+PathSums::Means PathSums::means(const SplatTile& area, int gridWidth, int gridHeight,
+                                ThreadPool& pool) const {
+    const auto columns = static_cast<std::size_t>(area.x1 - area.x0);
+    const std::size_t pixels = columns * static_cast<std::size_t>(area.y1 - area.y0);
+    const std::size_t grid =
+        static_cast<std::size_t>(gridWidth) * static_cast<std::size_t>(gridHeight);
     Means found;
-    found.classes.resize(planes * area);
-    found.light.resize(lights * area);
-    found.divisor.resize(isDemodulated() ? classCount() * 3 * area : 0);
+    const std::size_t classPlanes = classCount() * planes_;
+    // All of it is written below, by all threads, which then share the page faults; zeros, as of a
+    // vector, would be written by one.
+    // NOLINTNEXTLINE(cppcoreguidelines-owning-memory)
+    found.classes.reset(new float[classPlanes * grid]);
+    found.light.resize(classCount() * storedLights() * pixels);
+    found.divisor.resize(isDemodulated() ? classCount() * 3 * pixels : 0);
+    constexpr std::int64_t kRows = 4; // at a time
+    pool.run(0, gridHeight, kRows, nullptr, [&](std::int64_t index, int /*thread*/) {
+        const auto row = static_cast<std::size_t>(index);
+        float* const classes = found.classes.get() + row * static_cast<std::size_t>(gridWidth);
+        const bool isInside = index < area.y1 - area.y0;
+        const std::size_t written = isInside ? columns : 0;
+        for (std::size_t plane = 0; plane < classPlanes; ++plane) {
+            std::fill(classes + plane * grid + written,
+                      classes + plane * grid + static_cast<std::size_t>(gridWidth), 0.0F);
+        }
+        if (isInside) {
+            const RowOfMeans to{classes, grid, found.light.data() + row * columns,
+                                isDemodulated() ? found.divisor.data() + row * columns : nullptr,
+                                pixels};
+            meansOfRow((static_cast<std::size_t>(area.y0) + row) *
+                               static_cast<std::size_t>(width_) +
+                           static_cast<std::size_t>(area.x0),
+                       columns, to);
+        }
+    });
+    return found;
+}
+
+void PathSums::meansOfRow(std::size_t pixel, std::size_t columns, const RowOfMeans& to) const {
     // Sixteen pixels at a time, whose values are a cache line of each plane.
-    constexpr int kBlock = 16;
-    for (int y = y0; y < y1; ++y) {
-        for (int first = x0; first < x1; first += kBlock) {
-            const int last = std::min(first + kBlock, x1);
-            const std::size_t out =
-                static_cast<std::size_t>(y - y0) * columns + static_cast<std::size_t>(first - x0);
-            const std::size_t pixel =
-                static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
-                static_cast<std::size_t>(first);
-            const auto count = static_cast<std::size_t>(last - first);
-            double scale[kBlock];
-            for (std::size_t i = 0; i < count; ++i) {
-                scale[i] = counts_[pixel + i] == 0 ? 0.0 : 1.0 / counts_[pixel + i];
-            }
-            const auto write = [&](const auto* from, std::size_t values, std::vector<float>& to) {
-                const auto* const in = from + pixel * values;
-                for (std::size_t p = 0; p < values; ++p) {
-                    for (std::size_t i = 0; i < count; ++i) {
-                        to[p * area + out + i] =
-                            static_cast<float>(static_cast<double>(in[i * values + p]) * scale[i]);
-                    }
-                }
-            };
-            write(classes_.data(), planes, found.classes);
-            write(light_.data(), lights, found.light);
-            for (std::size_t c = 0; isDemodulated() && c < classCount(); ++c) {
+    constexpr std::size_t kBlock = 16;
+    for (std::size_t first = 0; first < columns; first += kBlock) {
+        const std::size_t count = std::min(kBlock, columns - first);
+        double scale[kBlock];
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::uint32_t paths = counts_[pixel + first + i];
+            scale[i] = paths == 0 ? 0.0 : 1.0 / paths;
+        }
+        const auto write = [&](const auto* sums, std::size_t values, float* out,
+                               std::size_t plane) {
+            const auto* const in = sums + (pixel + first) * values;
+            for (std::size_t p = 0; p < values; ++p) {
                 for (std::size_t i = 0; i < count; ++i) {
-                    const std::size_t place = (pixel + i) * classCount() + c;
-                    const float paths = pathsOf(place);
-                    for (std::size_t k = 0; paths > 0.0F && k < 3; ++k) {
-                        found.divisor[(c * 3 + k) * area + out + i] = static_cast<float>(
-                            divisors_[place * 3 + k] / static_cast<double>(paths));
-                    }
+                    out[p * plane + first + i] =
+                        static_cast<float>(static_cast<double>(in[i * values + p]) * scale[i]);
+                }
+            }
+        };
+        write(classes_.data(), classCount() * planes_, to.classes, to.classPlane);
+        write(light_.data(), classCount() * storedLights(), to.light, to.plane);
+        for (std::size_t c = 0; isDemodulated() && c < classCount(); ++c) {
+            for (std::size_t i = 0; i < count; ++i) {
+                const std::size_t place = (pixel + first + i) * classCount() + c;
+                const float paths = pathsOf(place);
+                for (std::size_t k = 0; paths > 0.0F && k < 3; ++k) {
+                    to.divisor[(c * 3 + k) * to.plane + first + i] =
+                        static_cast<float>(divisors_[place * 3 + k] / static_cast<double>(paths));
                 }
             }
         }
     }
-    return found;
 }
 
 float PathSums::pathsOf(std::size_t place) const {

@@ -9,8 +9,11 @@
 
 #include "denoise/channels.h"
 #include "denoise/model.h"
+#include "denoise/splat.h"
 
 namespace mbfeat {
+
+class ThreadPool;
 
 class PathSums {
 public:
@@ -36,11 +39,13 @@ public:
 
     /// Means over a pixel's usable paths, 0 where it has none, of an area, row-major.
     struct Means {
-        std::vector<float> classes; ///< [class][plane]
+        std::unique_ptr<float[]> classes; ///< [class][plane]
         std::vector<float> light;   ///< [class][light][3], of demodulated models then the divided
         std::vector<float> divisor; ///< [class][3], of demodulated models, over the class's paths
     };
-    Means means(int x0, int y0, int x1, int y1) const;
+    /// Classes are [gridHeight][gridWidth], at least the area's, zero beyond it. On the pool's
+    /// threads.
+    Means means(const SplatTile& area, int gridWidth, int gridHeight, ThreadPool& pool) const;
     /// Pixels without a usable path.
     std::uint64_t emptyPixels() const;
 
@@ -53,6 +58,16 @@ private:
     void addLight(const std::size_t* pixels, std::size_t pixelCount, std::size_t samples,
                   const float* const* paths, const float* shares, const TensorView& mask,
                   const float* divisors);
+    /// Where a row of Means begins, and how far its planes lie apart.
+    struct RowOfMeans {
+        float* classes;
+        std::size_t classPlane;
+        float* light;
+        float* divisor;
+        std::size_t plane;
+    };
+    /// Of `columns` pixels from one on.
+    void meansOfRow(std::size_t pixel, std::size_t columns, const RowOfMeans& to) const;
     bool isDemodulated() const { return model_->contract().demodulated != 0; }
     std::size_t classCount() const { return static_cast<std::size_t>(model_->contract().classes); }
     std::size_t storedLights() const { return (isDemodulated() ? 2 : 1) * lightChannels(); }

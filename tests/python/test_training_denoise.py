@@ -95,6 +95,23 @@ def test_tiles_and_threads_change_nothing(name: str, tmp_path: Path) -> None:
     assert close(tiled, whole)
 
 
+@pytest.mark.parametrize("parts", [1, 2, 3])
+def test_tiles_are_as_large_as_the_memory_allows(parts: int, tmp_path: Path) -> None:
+    """And as many as that takes, of about one size: a thin last one would be mostly margin."""
+    model, opened = exported("atrous", tmp_path)
+    unit, height, width = model.config.unit, 8, 320
+    margin = -(-model.config.receptive_field // unit) * unit
+    side = -(-width // (parts * unit)) * unit
+    pixels = height * min(side + 2 * margin, width)
+    working = export.contract(model.config, whole=False).workingFloats
+    memory = 4 * working * pixels * 1.001 / 2**30
+    paths, turn = random_paths(height, width, 1), rotation()
+    tiled, about = _core.denoise_paths(opened, paths, FIELDS, turn, memory=memory)
+    assert about["tiles"] == parts and about["tile_size"] == max(side, height)
+    whole, _ = _core.denoise_paths(opened, paths, FIELDS, turn)
+    assert close(tiled, whole)
+
+
 @pytest.mark.parametrize("name", KINDS)
 def test_paths_that_are_not_finite_are_left_out(name: str, tmp_path: Path) -> None:
     """The image is that of the pixel's other paths; one without any is black, not NaN."""

@@ -49,6 +49,9 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "one class, demodulated": EXTENDED | {"layers": True, "classes": 1, "demodulated": True},
     "first hit": EXTENDED
     | {"layers": True, "vertex_encoder": 8, "classes": 1, "guides": True, "first_hit": True},
+    "shrunk paths": SMALL | {"features": "paths", "shrink": 2},
+    "shrunk": EXTENDED
+    | {"layers": True, "vertices": 1, "classes": 1, "guides": True, "atrous": (2,), "shrink": 2},
     "pyramid": EXTENDED | {"pyramid": 3},
     "all": EXTENDED | {"vertex_encoder": 8, "layers": True, "pyramid": 3},
 }
@@ -326,7 +329,7 @@ def test_order_of_samples_does_not_matter(name: str) -> None:
     torch.testing.assert_close(model(x), model(x[:, torch.randperm(5)]))
 
 
-@pytest.mark.parametrize("name", ["paths", "two steps", "all", "atrous"])
+@pytest.mark.parametrize("name", ["paths", "two steps", "all", "atrous", "shrunk"])
 def test_pixels_beyond_the_receptive_field_change_nothing(name: str) -> None:
     torch.manual_seed(7)
     config = ModelConfig(**VARIANTS[name])

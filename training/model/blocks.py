@@ -40,10 +40,9 @@ def _convolutions(inputs: int, outputs: int, count: int, *, weight_norm: bool) -
 
 
 class UNet(nn.Module):
-    """From [n, inputs, h, w] to [n, widths[0], h, w], of any size.
+    """From [n, inputs, h, w] to [n, widths[0], h, w]; sizes are multiples of 2^(levels - 1).
 
-    Max pooling down, bilinear enlargement up, the skipped features concatenated. Pooling takes a
-    last odd row or column alone, and enlargement crops it again.
+    Max pooling down, bilinear enlargement up, the skipped features concatenated.
     """
 
     def __init__(
@@ -62,16 +61,47 @@ class UNet(nn.Module):
         skipped: list[Tensor] = []
         for level, block in enumerate(self.down):
             if level:
-                x = nn.functional.max_pool2d(x, 2, ceil_mode=True)
+                x = nn.functional.max_pool2d(x, 2)
             x = block(x)
             skipped.append(x)
         for level in reversed(range(len(self.up))):
-            skip = skipped[level]
-            x = self.up[level](torch.cat([enlarged(x, skip), skip], dim=1))
+            x = self.up[level](torch.cat([enlarged(x), skipped[level]], dim=1))
         return x
 
 
-def enlarged(x: Tensor, like: Tensor) -> Tensor:
-    """Twice the size, bilinearly, cropped to the size of `like`."""
-    twice = nn.functional.interpolate(x, scale_factor=2.0, mode="bilinear", align_corners=False)
-    return twice[..., : like.shape[-2], : like.shape[-1]]
+def enlarged(x: Tensor) -> Tensor:
+    """Twice the size, bilinearly."""
+    return nn.functional.interpolate(x, scale_factor=2.0, mode="bilinear", align_corners=False)
+
+
+class ShrunkUNet(nn.Module):
+    """A U-Net on cells of 2 x 2 pixels, a quarter of its work.
+
+    From [n, inputs, h, w] to [n, outputs, h, w]; sizes are multiples of 2^levels. A convolution of
+    2 x 2 gathers each cell, and one that is its transpose writes it out, so that no pixel is lost;
+    what only the pixel itself tells should be kept beside.
+    """
+
+    def __init__(
+        self,
+        inputs: int,
+        outputs: int,
+        widths: tuple[int, ...],
+        convs: int,
+        *,
+        weight_norm: bool,
+    ) -> None:
+        super().__init__()
+        cells = nn.Conv2d(inputs, widths[0], 2, stride=2)
+        pixels = nn.ConvTranspose2d(widths[0], outputs, 2, stride=2)
+        for layer in (cells, pixels):
+            nn.init.xavier_uniform_(layer.weight, nn.init.calculate_gain("leaky_relu", SLOPE))
+            assert layer.bias is not None
+            nn.init.zeros_(layer.bias)
+        self.cells = normalised(cells) if weight_norm else cells
+        self.pixels = normalised(pixels) if weight_norm else pixels
+        self.unet = UNet(widths[0], widths, convs, weight_norm=weight_norm)
+
+    def forward(self, x: Tensor) -> Tensor:
+        found = self.unet(nn.functional.leaky_relu(self.cells(x), SLOPE))
+        return nn.functional.leaky_relu(self.pixels(found), SLOPE)

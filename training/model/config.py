@@ -50,6 +50,8 @@ class ModelConfig:
     `first_hit` hides all but the radiance, the place in the pixel and what is recorded of the first
     hit (depth, albedo, normal, direct light, roughness; no events): the network is the same, and
     what it lacks is what the later vertices are worth.
+    `shrink` is 2 where the U-Net works on cells of 2 x 2 pixels, a quarter of the work; what each
+    pixel's own samples tell goes past it. It needs `steps` of 1.
     """
 
     features: str = "paths"
@@ -75,6 +77,7 @@ class ModelConfig:
     atrous: tuple[int, ...] = ()
     classes: int = 3
     first_hit: bool = False
+    shrink: int = 1
 
     def __post_init__(self) -> None:
         if self.features not in FEATURE_SETS:
@@ -117,6 +120,10 @@ class ModelConfig:
             raise ConfigError(
                 f"model.classes is {self.classes}; it has to be 3, or with model.layers 1"
             )
+        if self.shrink not in (1, 2) or (self.shrink == 2 and self.steps > 1):
+            raise ConfigError(
+                f"model.shrink is {self.shrink}; it has to be 1, or with model.steps=1 2"
+            )
         if self.layers and self.steps > 1:
             raise ConfigError(f"model.layers needs model.steps=1, not {self.steps}")
 
@@ -130,7 +137,17 @@ class ModelConfig:
     @property
     def unit(self) -> int:
         """Tiles have to begin at multiples of this, or pooling sees other cells."""
-        return int(2 ** max(len(self.unet) - 1, self.pyramid - 1))
+        return int(max(self.context_unit, 2 ** (self.pyramid - 1)))
+
+    @property
+    def context_unit(self) -> int:
+        """The U-Net's sizes are multiples of this; what is missing is filled with zeros."""
+        return int(self.shrink * 2 ** (len(self.unet) - 1))
+
+    @property
+    def context_width(self) -> int:
+        """Features of a pixel that the U-Net gives."""
+        return self.unet[0] if self.shrink == 1 else self.width
 
     @property
     def likeness(self) -> int:
@@ -156,6 +173,8 @@ class ModelConfig:
             sides = 1 if level == len(self.unet) - 1 else 2
             # Convolutions, and for pooling and bilinear enlargement one cell of the level.
             context += 2**level * (self.convs * sides + (1 if level else 0))
+        # Of cells, and the farther pixel of the first one.
+        context = self.shrink * context + self.shrink - 1
         # Guides are filled from a mean of 5 x 5 pixels.
         return max(self.steps * context, 2 if self.guides else 0)
 

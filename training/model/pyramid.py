@@ -48,7 +48,7 @@ class Pyramid(nn.Module):
             here = splat(_units(logits, n, units), _units(lights[scale], n, units))
             if image is not None:
                 guide = _units(pooled[scale], n, units).mean(dim=1)
-                larger = enlarged(image, here)
+                larger = enlarged(image)[..., : here.shape[-2], : here.shape[-1]]
                 here = here + splat(self.ups[scale](guide)[:, None], larger[:, None])
             image = here
         assert image is not None

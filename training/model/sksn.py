@@ -10,7 +10,7 @@ from torch import Tensor, nn
 from torch.nn.utils import parametrize
 
 from training.model.atrous import ATrous, Likeness
-from training.model.blocks import UNet, pointwise
+from training.model.blocks import ShrunkUNet, UNet, pointwise
 from training.model.config import GUIDE_GROUPS, GUIDES, WAYS, ModelConfig
 from training.model.encoding import (
     Encoding,
@@ -74,8 +74,14 @@ class Sksn(nn.Module):
         for _ in range(config.steps):
             layers = config.embedding_layers
             self.embeddings.append(pointwise(inputs, wide, wide, layers, weight_norm=norm))
-            self.contexts.append(UNet(wide, config.unet, config.convs, weight_norm=norm))
-            inputs = wide + config.unet[0]
+            self.contexts.append(
+                UNet(wide, config.unet, config.convs, weight_norm=norm)
+                if config.shrink == 1
+                else ShrunkUNet(
+                    wide, config.context_width, config.unet, config.convs, weight_norm=norm
+                )
+            )
+            inputs = wide + config.context_width
         if config.layers:
             inputs += 1 + (GUIDES if config.guides else 0)
         hidden = config.regressor_layers - 1
@@ -123,8 +129,26 @@ class Sksn(nn.Module):
         """
         self._check(x)
         n, samples = x.shape[:2]
+        height, width = x.shape[-2:]
         if share is None:
             share = x.new_full((n, samples, 1, 1, 1), 1.0 / samples)
+        unit = self.config.context_unit
+        below, right = -height % unit, -width % unit
+        # A traced size is not known yet.
+        if torch.jit.is_tracing() or below or right:
+            border = (0, right, 0, below)
+            share = nn.functional.pad(share.expand(n, samples, 1, height, width), border)
+            x = nn.functional.pad(x, border)
+        return Hidden(
+            *(
+                None if part is None else part[..., :height, :width]
+                for part in self.of_whole_cells(x, share)
+            )
+        )
+
+    def of_whole_cells(self, x: Tensor, share: Tensor) -> Hidden:
+        """What hidden() gives, of sizes that are multiples of the configuration's context_unit."""
+        n, samples = x.shape[:2]
         if self.config.layers:
             classes, mask = self.class_sums(x, share)
             weight = (share * mask)[:, :, :, None]
@@ -135,8 +159,8 @@ class Sksn(nn.Module):
                 divided = (weight * (x[:, :, :3] / divisor)[:, :, None]).sum(dim=1)
                 light = torch.cat([light, divided], dim=2)
                 albedo = mean_albedo(divisor, share * mask)
-            hidden = self.of_classes(classes)
-            alike, scales = self.likeness(hidden, classes)
+            flat, alike, scales = self.of_classes(classes)
+            hidden = flat.reshape(n, self.config.classes, *flat.shape[1:])
             return Hidden(hidden, light, self._embedding(classes), albedo, alike, scales)
         e = self.encoding(self._flat(x))
         context, first = e, e
@@ -191,39 +215,45 @@ class Sksn(nn.Module):
         n, samples = x.shape[:2]
         return demodulator(Vertices(self._flat(x))).reshape(n, samples, 3, *x.shape[3:])
 
-    def of_classes(self, classes: Tensor) -> Tensor:
-        """The hidden features [n, classes, width, h, w] of what class_sums() gives."""
-        n, count = classes.shape[:2]
+    def of_classes(self, classes: Tensor) -> tuple[Tensor, Tensor | None, Tensor | None]:
+        """Hidden features [n classes, width, h, w], Hidden.alike and its scales.
+
+        Of what class_sums() gives, of sizes that are multiples of the configuration's context_unit.
+        """
         context = self.contexts[0](self._embedding(classes))
         flat = classes.flatten(0, 1)
         own = self.config.width
-        if self._has_ways():
+        guide = guide_means(flat, own) if self.config.guides else None
+        if guide is not None and self._has_ways():
             straight = flat[:, own + GUIDES : own + GUIDES + 1]
-            flat = torch.cat([flat[:, :own], guide_means(flat, own), straight], dim=1)
+            flat = torch.cat([flat[:, :own], guide, straight], dim=1)
+        regressed = self._regressed(flat, context)
+        parts = [] if self.alike is None else [self.alike(regressed)]
+        if guide is not None:
+            parts.append(guide)
+        alike = torch.cat(parts, dim=1) if parts else None
+        scales = None if self.scales is None else self.scales(regressed)
+        return regressed, alike, scales
+
+    def _regressed(self, flat: Tensor, context: Tensor) -> Tensor:
+        """Hidden features [n classes, width, h, w] of the classes' own and of what they share."""
+        own, count = self.config.width, self.config.classes
         if not isinstance(self.regressor, nn.Sequential):
-            parts = torch.cat([flat[:, :own], _repeated(context, count), flat[:, own:]], dim=1)
-            return parts.reshape(n, count, *parts.shape[1:])
+            return torch.cat([flat[:, :own], _repeated(context, count), flat[:, own:]], dim=1)
         # The first layer of the classes and of what they share apart: nothing is copied together.
         first = self.regressor[0]
         shared = slice(own, own + context.shape[1])
         weight = torch.cat([first.weight[:, :own], first.weight[:, shared.stop :]], dim=1)
         per_class = nn.functional.conv2d(flat, weight, first.bias)
         per_pixel = nn.functional.conv2d(context, first.weight[:, shared])
-        sums = per_class.reshape(n, count, *per_class.shape[1:]) + per_pixel[:, None]
-        regressed = self.regressor[1:](sums.flatten(0, 1))
-        return regressed.reshape(n, count, *regressed.shape[1:])
-
-    def likeness(self, hidden: Tensor, classes: Tensor) -> tuple[Tensor | None, Tensor | None]:
-        """What a class's pixels are compared by: Hidden.alike and its scales.
-
-        Of what of_classes() gives, and its input.
-        """
-        flat = hidden.flatten(0, 1)
-        parts = [] if self.alike is None else [self.alike(flat)]
-        if self.scales is not None:
-            parts.append(guide_means(classes.flatten(0, 1), self.config.width))
-        alike = torch.cat(parts, dim=1) if parts else None
-        return alike, None if self.scales is None else self.scales(flat)
+        if count == 1:
+            sums = per_class + per_pixel
+        else:
+            n = context.shape[0]
+            sums = per_class.reshape(n, count, *per_class.shape[1:]) + per_pixel[:, None]
+            sums = sums.flatten(0, 1)
+        regressed: Tensor = self.regressor[1:](sums)
+        return regressed
 
     def _flat(self, x: Tensor) -> Tensor:
         """The samples of all images one after the other, and of them what the network may see."""
@@ -232,6 +262,8 @@ class Sksn(nn.Module):
 
     def _embedding(self, classes: Tensor) -> Tensor:
         """The mean embedding of all samples: every sample is in one class."""
+        if self.config.classes == 1:  # ONNX Runtime copies for a sum over one
+            return classes.flatten(0, 1)[:, : self.config.width]
         return classes[:, :, : self.config.width].sum(dim=1)
 
     def _check(self, x: Tensor) -> None:
@@ -305,7 +337,10 @@ def guide_means(sums: Tensor, first: int) -> Tensor:
     rows = [sums[:, i : i + GUIDES + 1] for i in range(first, sums.shape[1], GUIDES + 1)]
     own = rows[0]
     if len(rows) > 1:
-        own = torch.stack([row * row[:, GUIDES:] ** 2 for row in rows]).sum(dim=0)
+        weighted = [row * row[:, GUIDES:] ** 2 for row in rows]
+        own = weighted[0]
+        for row in weighted[1:]:
+            own = own + row
     around = nn.functional.avg_pool2d(own, 5, stride=1, padding=2)
     filled = own + FILLED * around
     return filled[:, :GUIDES] / (filled[:, GUIDES:] + 1e-6)
