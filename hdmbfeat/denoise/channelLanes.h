@@ -23,7 +23,7 @@ public:
     explicit ChannelLanes(const ChannelPlan& plan) : plan_(plan) {
         // Memory of the thread, kept from group to group.
         thread_local std::vector<float> memory;
-        memory.resize(plan.fieldCount() * kStride);
+        memory.resize(std::max(memory.size(), plan.words() * kStride));
         fields_ = memory.data();
     }
 
@@ -54,11 +54,10 @@ private:
     /// Zero times anything that is not finite is no number, and stays one in a sum.
     static void look(const T& value, T& check) { check = fma(T(0.0F), value, check); }
 
-    /// Lanes beyond `count` see the first path.
+    /// Of all words that are read; lanes beyond `count` see the first path.
     void transpose(const float* const* paths, int count) {
         const auto path = [&](int lane) { return paths[lane < count ? lane : 0]; };
-        std::size_t first = 0;
-        for (; first + 4 <= plan_.fieldCount(); first += 4) {
+        for (const std::size_t first : plan_.quads()) {
             const auto quad = loadQuadsAt<T>([&](int lane) { return path(lane) + first; });
             float* const to = fields_ + first * kStride;
             storeLanes<T>(to, quad.x);
@@ -66,9 +65,15 @@ private:
             storeLanes<T>(to + 2 * kStride, quad.z);
             storeLanes<T>(to + 3 * kStride, quad.w);
         }
-        for (; first < plan_.fieldCount(); ++first) {
+        for (const std::size_t word : plan_.singles()) {
             for (int lane = 0; lane < kWidth; ++lane) {
-                fields_[first * kStride + static_cast<std::size_t>(lane)] = path(lane)[first];
+                fields_[word * kStride + static_cast<std::size_t>(lane)] = path(lane)[word];
+            }
+        }
+        for (const PathFieldPlace& number : plan_.numbers()) {
+            float* const lanes = fields_ + number.word * kStride;
+            for (std::size_t lane = 0; lane < kStride; ++lane) {
+                lanes[lane] = PathFieldPlace{0, number.kind}.read(lanes + lane);
             }
         }
     }

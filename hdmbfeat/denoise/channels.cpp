@@ -5,6 +5,7 @@
 #include <cstring>
 #include <iterator>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "core/floatTraps.h"
@@ -48,6 +49,8 @@ std::uint32_t magnitudeBits(float value) {
     return bits & 0x7FFFFFFFU;
 }
 constexpr std::uint32_t kInfinityBits = 0x7F800000U;
+/// Words of paths whose memory ends with a whole quad.
+constexpr std::size_t kWholeQuads = std::size_t{1} << 62U;
 
 bool isShown(const Name& name, const std::string& channel, ShownFeatures shown) {
     switch (shown) {
@@ -59,6 +62,17 @@ bool isShown(const Name& name, const std::string& channel, ShownFeatures shown) 
         break;
     }
     return name.vertex < 0 && channel != "Z";
+}
+
+/// Whether the fields from `first` on lie side by side, floats all of them.
+bool isRow(const std::vector<PathFieldPlace>& places, std::size_t first, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) {
+        if (first + i >= places.size() || places[first + i].word != places[first].word + i ||
+            places[first + i].kind != PathFieldPlace::Kind::kFloat) {
+            return false;
+        }
+    }
+    return true;
 }
 
 } // namespace
@@ -74,7 +88,10 @@ Result<ChannelPlan> ChannelPlan::make(const std::vector<std::string>& channels,
         return static_cast<std::size_t>(std::distance(paths.fields.begin(), found));
     };
     ChannelPlan plan;
-    plan.fieldCount_ = paths.fields.size();
+    std::vector<PathFieldPlace> places = paths.places;
+    for (std::size_t i = places.size(); i < paths.fields.size(); ++i) {
+        places.push_back({i});
+    }
     std::copy(std::begin(paths.worldToCamera), std::end(paths.worldToCamera), plan.rotation_);
     std::string missing;
     for (const std::string& channel : channels) {
@@ -104,7 +121,8 @@ Result<ChannelPlan> ChannelPlan::make(const std::vector<std::string>& channels,
             missing += (missing.empty() ? "" : ", ") + field;
             continue;
         }
-        source.field = *place;
+        source.field = places[*place].word;
+        source.form = places[*place].kind;
         if (!isShown(name, channel, shown)) {
             source.kind = Kind::kZero;
         }
@@ -122,12 +140,13 @@ Result<ChannelPlan> ChannelPlan::make(const std::vector<std::string>& channels,
     }
     for (const std::string& name : lights) {
         const std::optional<std::size_t> place = find(name);
-        if (!place || *place + 3 > paths.fields.size()) {
+        if (!place || !isRow(places, *place, 3)) {
             return Error{name, "the path samples do not have this colour; the image is not "
                                "denoised."};
         }
-        plan.lights_.push_back(*place);
+        plan.lights_.push_back(places[*place].word);
     }
+    plan.findWords(paths.places.empty() ? paths.fields.size() : kWholeQuads);
     return plan;
 }
 
@@ -144,6 +163,34 @@ void ChannelPlan::append(const ChannelSource& source) {
         }
     }
     sources_.push_back(source);
+}
+
+void ChannelPlan::findWords(std::size_t pathWords) {
+    std::set<std::size_t> words, numbers;
+    for (const ChannelSource& source : sources_) {
+        const bool isDirection = source.kind == Kind::kDirection;
+        const std::size_t count = source.kind == Kind::kZero ? 0 : isDirection ? 3 : source.count;
+        for (std::size_t i = 0; i < count; ++i) {
+            words.insert(source.field + i);
+        }
+        if (source.kind == Kind::kBit && source.form != PathFieldPlace::Kind::kFloat &&
+            numbers.insert(source.field).second) {
+            numbers_.push_back({source.field, source.form});
+        }
+    }
+    for (const std::size_t light : lights_) {
+        words.insert({light, light + 1, light + 2});
+    }
+    constexpr std::size_t kQuad = 4;
+    for (const std::size_t word : words) {
+        const std::size_t quad = word / kQuad * kQuad;
+        if (pathWords - quad < kQuad) {
+            singles_.push_back(word);
+        } else if (quads_.empty() || quads_.back() != quad) {
+            quads_.push_back(quad);
+        }
+    }
+    words_ = words.empty() ? 0 : *words.rbegin() / kQuad * kQuad + kQuad;
 }
 
 bool ChannelPlan::write(const float* path, float* out, std::size_t stride) const {
@@ -182,7 +229,7 @@ bool ChannelPlan::write(const float* path, float* out, std::size_t stride) const
             break;
         }
         case Kind::kBit: {
-            const float number = path[source.field];
+            const float number = PathFieldPlace{source.field, source.form}.read(path);
             const bool isNumber = number >= 0.0F && number < 4294967040.0F;
             const auto bits = isNumber ? static_cast<std::uint32_t>(number) : 0U;
             *to = (bits & source.bits) != 0 ? 1.0F : 0.0F;

@@ -87,8 +87,9 @@ Result<std::unique_ptr<FilmDenoiser>> FilmDenoiser::make(std::shared_ptr<const F
     PathSamples rows;
     rows.width = window.data.width;
     rows.height = window.data.height;
-    rows.fields = pathRowFields((d.flags_ & kRecordContributions) != 0);
-    d.rowSize_ = rows.fields.size();
+    const bool parts = (d.flags_ & kRecordContributions) != 0;
+    rows.fields = pathRecordFields(parts);
+    rows.places = pathRecordPlaces(parts);
     std::copy(std::begin(d.denoise_->worldToCamera), std::end(d.denoise_->worldToCamera),
               rows.worldToCamera);
     Result<std::unique_ptr<PathSums>> sums = makePathSums(d.denoise_->model, rows, d.options_);
@@ -105,17 +106,8 @@ void FilmDenoiser::add(const PixelSample* batch, ConstPathRecords records, int c
     }
     const Clock::time_point begin = Clock::now();
     // Memory of the thread, kept from batch to batch.
-    thread_local std::vector<float> rows;
     thread_local std::vector<const float*> paths;
     thread_local std::vector<std::size_t> pixels;
-    rows.resize(static_cast<std::size_t>(count) * rowSize_);
-    for (int i = 0; i < count; ++i) {
-        float* const end = writePathRow(records[static_cast<std::size_t>(i)], true,
-                                        rows.data() + static_cast<std::size_t>(i) * rowSize_);
-        if ((flags_ & kRecordContributions) != 0) {
-            writePathParts(records[static_cast<std::size_t>(i)], end);
-        }
-    }
     const auto isSamePixel = [&](int a, int b) {
         return batch[a].x == batch[b].x && batch[a].y == batch[b].y;
     };
@@ -134,7 +126,9 @@ void FilmDenoiser::add(const PixelSample* batch, ConstPathRecords records, int c
                                  static_cast<std::size_t>(data_.width) +
                              static_cast<std::size_t>(batch[next].x - data_.x));
             for (int s = 0; s < samples; ++s) {
-                paths.push_back(rows.data() + static_cast<std::size_t>(next + s) * rowSize_);
+                const PathRecord& record =
+                    records[static_cast<std::size_t>(next) + static_cast<std::size_t>(s)];
+                paths.push_back(reinterpret_cast<const float*>(&record));
             }
         }
         if (Status problem = sums_->add(pixels.data(), pixels.size(),

@@ -79,7 +79,6 @@ private:
     std::shared_ptr<const FilmDenoise> denoise_;
     PixelRect data_;
     std::uint32_t flags_ = 0;
-    std::size_t rowSize_ = 0; ///< floats of a path
     std::vector<std::string> aovs_;
     DenoiseOptions options_;
     std::unique_ptr<PathSums> sums_;               ///< of layered models

@@ -1,5 +1,6 @@
 #include "film/pathRow.h"
 
+#include <cstddef>
 #include <cstring>
 #include <optional>
 
@@ -40,7 +41,7 @@ float* writePathRow(const PathRecord& record, bool extended, float* out) {
     return out;
 }
 
-std::vector<std::string> pathRowFields(bool parts) {
+std::vector<std::string> pathRecordFields(bool parts) {
     std::vector<std::string> names;
     for (const PathSampleField& field : pathSampleFields(true)) {
         names.push_back(field.name);
@@ -62,12 +63,36 @@ std::vector<std::string> pathRowFields(bool parts) {
     return names;
 }
 
-float* writePathParts(const PathRecord& record, float* out) {
-    out = writeRgb(record.emission, out);
-    for (const Rgb& part : record.contributions) {
-        out = writeRgb(part, out);
+std::vector<PathFieldPlace> pathRecordPlaces(bool parts) {
+    using Kind = PathFieldPlace::Kind;
+    constexpr std::size_t kWord = sizeof(float);
+    std::vector<PathFieldPlace> places;
+    const auto append = [&places](std::size_t bytes, std::size_t count, Kind kind = Kind::kFloat) {
+        for (std::size_t i = 0; i < count; ++i) {
+            places.push_back({bytes / kWord + i, kind});
+        }
+    };
+    static_assert(offsetof(PathRecord, vertexCount) % kWord == 1);
+    append(offsetof(PathRecord, radiance), 3);
+    append(offsetof(PathRecord, alpha), 1);
+    append(offsetof(PathRecord, distance), 1);
+    append(offsetof(PathRecord, subpixel), 2);
+    append(offsetof(PathRecord, vertexCount), 1, Kind::kVertexCount);
+    append(offsetof(PathRecord, features), kFeatureFloats);
+    for (std::size_t k = 0; k < kFeatureVertices; ++k) {
+        const std::size_t vertex = offsetof(PathRecord, extended) + k * sizeof(VertexExtended);
+        append(vertex + offsetof(VertexExtended, roughness), 1);
+        append(vertex + offsetof(VertexExtended, distance), 1);
+        append(vertex + offsetof(VertexExtended, throughput), 3);
+        append(vertex + offsetof(VertexExtended, event), 1, Kind::kInteger);
     }
-    return writeRgb(record.tail, out);
+    if (parts) {
+        constexpr std::size_t kParts = kFeatureVertices + 2; // they lie side by side
+        append(offsetof(PathRecord, emission), kParts * 3);
+        static_assert(offsetof(PathRecord, tail) - offsetof(PathRecord, emission) ==
+                      (kParts - 1) * 3 * kWord);
+    }
+    return places;
 }
 
 } // namespace mbfeat

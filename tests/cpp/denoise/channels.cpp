@@ -2,9 +2,11 @@
 #include "denoise/channels.h"
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <doctest/doctest.h>
@@ -82,12 +84,15 @@ struct Paths {
     }
 };
 
+ChannelPlan planOf(const PathSamples& samples, ShownFeatures shown) {
+    Result<ChannelPlan> made = ChannelPlan::make(kChannels, samples, shown, {"mbfeat:direct:1.R"});
+    REQUIRE(made);
+    return std::move(made.value());
+}
+
 /// Bits of the paths that are kept; the channels of both ways are compared.
 std::uint32_t writtenAlike(const Paths& paths, int count, ShownFeatures shown) {
-    const Result<ChannelPlan> made =
-        ChannelPlan::make(kChannels, paths.samples, shown, {"mbfeat:direct:1.R"});
-    REQUIRE(made);
-    const ChannelPlan& plan = made.value();
+    const ChannelPlan plan = planOf(paths.samples, shown);
     std::vector<float> alone(plan.size() * kGroup, 0.0F), group(plan.size() * kGroup, 7.0F);
     std::uint32_t expected = 0;
     for (int i = 0; i < count; ++i) {
@@ -114,6 +119,53 @@ TEST_CASE("a group of paths has the channels that its paths have alone") {
                       (1U << static_cast<unsigned>(count)) - 1);
             }
         }
+    }
+}
+
+TEST_CASE("fields may lie anywhere in a path's memory, and be integers") {
+    using Kind = PathFieldPlace::Kind;
+    Paths paths(0);
+    const std::size_t count = paths.samples.fields.size();
+    // Backwards in groups of colours, after a word that nobody reads; whole quads, as records have.
+    const std::vector<std::size_t> order = {11, 12, 13, 8, 9, 10, 7, 4, 5, 6, 1, 2, 3, 0};
+    const std::size_t words = (count + 1 + 3) / 4 * 4;
+    PathSamples moved = paths.samples;
+    moved.places.resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        moved.places[order[i]].word = i + 1;
+    }
+    moved.places[0].kind = Kind::kVertexCount;
+    moved.places[7].kind = Kind::kInteger;
+    std::vector<float> memory(kGroup * words, std::numeric_limits<float>::quiet_NaN());
+    std::vector<const float*> rows;
+    for (std::size_t path = 0; path < kGroup; ++path) {
+        const auto vertices = static_cast<std::uint32_t>(path % 7);
+        paths.at(path, 0) = static_cast<float>((1U << vertices) - 1U);
+        float* const row = memory.data() + path * words;
+        for (std::size_t i = 0; i < count; ++i) {
+            const float value = paths.at(path, i);
+            float* const to = row + moved.places[i].word;
+            // Beside the count the word has bytes of any value.
+            const std::uint32_t number =
+                i == 0 ? (vertices << 8U) | 0x5A5A0001U : static_cast<std::uint32_t>(value);
+            if (moved.places[i].kind == Kind::kFloat) {
+                *to = value;
+            } else {
+                std::memcpy(to, &number, sizeof(number));
+            }
+        }
+        rows.push_back(row);
+    }
+    for (const ShownFeatures shown : {ShownFeatures::kAll, ShownFeatures::kFirstHit}) {
+        const ChannelPlan plan = planOf(paths.samples, shown), other = planOf(moved, shown);
+        std::vector<float> expected(plan.size() * kGroup), group(expected), alone(expected);
+        const std::uint32_t kept = plan.writeGroup(paths.rows.data(), kPathGroup, expected.data());
+        CHECK(other.writeGroup(rows.data(), kPathGroup, group.data()) == kept);
+        CHECK(group == expected);
+        for (std::size_t path = 0; path < kGroup; ++path) {
+            CHECK(other.write(rows[path], alone.data() + path, kGroup));
+        }
+        CHECK(alone == expected);
     }
 }
 
