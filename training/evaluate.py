@@ -19,7 +19,6 @@ import datetime
 import json
 import os
 import sys
-import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -34,7 +33,7 @@ from training.dataset.references import ReferencesError
 from training.dataset.shards import ShardError
 from training.evaluation import methods, networks, page, report, statistics
 from training.evaluation.data import PLANS, DataError, dataset, with_samples
-from training.evaluation.methods import BEST, OIDN_BEST, Method
+from training.evaluation.methods import BEST, OIDN_BEST
 from training.evaluation.statistics import Row
 
 PAIRS = (("paths", "gbuffer"), (BEST, "first_hit"), (BEST, OIDN_BEST))
@@ -136,7 +135,7 @@ class Comparison:
             raise ValueError(f"the data has {item.half.shape[0]} samples, not {samples}")
         images: dict[str, Any] = {}
         for method in self.methods:
-            row, images[method.name] = _run(method, item, number, samples)
+            row, images[method.name] = methods.measured(method, item, number, samples)
             self.rows.append(row)
         return images
 
@@ -160,7 +159,7 @@ class Comparison:
             return
         item = with_samples(windows, index, largest + extra, threads=self._options.threads)
         method = next(m for m in self.methods if m.name == fast.method)
-        row, _ = _run(method, item, number, largest + extra)
+        row, _ = methods.measured(method, item, number, largest + extra)
         self.equal.append(row)
 
     def ratios(self) -> report.Ratios:
@@ -210,16 +209,6 @@ def _networks(given: Sequence[str]) -> dict[str, Path]:
             raise ValueError(f"--model {text}: write NAME=FILE")
         found[name] = Path(file)
     return found
-
-
-def _run(method: Method, item: Item, number: int, samples: int) -> tuple[Row, Any]:
-    prepared = method.prepared(item, samples)
-    started = time.perf_counter()
-    image = method.image(prepared)
-    seconds = time.perf_counter() - started
-    about = item.about
-    found = metrics.all_metrics(image, item.reference)
-    return Row(method.name, about["class"], about["light"], samples, number, found, seconds), image
 
 
 def _ratios(rows: Sequence[Row], first: str, second: str) -> dict[str, statistics.Interval]:

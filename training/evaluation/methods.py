@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -9,9 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mbfeat import oidn
+from mbfeat import metrics, oidn
 from training.dataset.reader import Item
 from training.evaluation import auxiliary
+from training.evaluation.statistics import Row
 
 Image = NDArray[np.float32]
 RAW, BEST, OIDN_BEST = "raw", "best", "oidn"
@@ -28,6 +30,20 @@ class Method:
     name: str
     prepared: Callable[[Item, int], Any]
     image: Callable[[Any], Image]
+
+
+def measured(method: Method, item: Item, number: int, samples: int) -> tuple[Row, Image]:
+    """What a method makes of an item's first samples, and how far that is from its reference.
+
+    `number` tells windows apart. Only the method's `image` is timed.
+    """
+    prepared = method.prepared(item, samples)
+    started = time.perf_counter()
+    image = method.image(prepared)
+    seconds = time.perf_counter() - started
+    about = item.about
+    found = metrics.all_metrics(image, item.reference)
+    return Row(method.name, about["class"], about["light"], samples, number, found, seconds), image
 
 
 def raw_image(item: Item, samples: int) -> Image:

@@ -1,0 +1,102 @@
+"""Studies: variants trained alike, kept when they are done, compared; those that come along."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("torch", reason="torch is only in ./run training's environment")
+
+from mbfeat import metrics
+from training import study
+from training.config import Config
+from training.dataset.reader import Dataset
+from training.evaluation import studypage
+from training.trainer import MODEL
+from training_sets import TINY, synthetic_set
+
+
+def write_study(folder: Path, *, wrong: str = "") -> Path:
+    settings = json.dumps(TINY)
+    file = folder / "tiny.toml"
+    file.write_text(
+        f"""
+        title = "Tiny"
+        config = "reduced"
+        steps = 3
+        seeds = [1, 2]
+        compared = [["paths", "gbuffer{wrong}"]]
+        [variants]
+        gbuffer = {{ features = "gbuffer", set = {settings} }}
+        paths = {{ features = "paths", set = {settings} }}
+        """
+    )
+    return file
+
+
+def test_variants_are_trained_once_and_compared(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    windows = synthetic_set(tmp_path / "data")
+    monkeypatch.setattr(study, "PLANS", {"test": None})
+    monkeypatch.setattr(study, "dataset", lambda folder, name: Dataset(windows))
+    monkeypatch.setattr(study, "SAMPLES", 4)
+    out, runs = tmp_path / "out.json", tmp_path / "runs"
+    command = [str(write_study(tmp_path)), str(runs), "--data", str(windows), "--json", str(out)]
+    assert study.main([*command, "--workers", "2"]) == 0
+    names = ["gbuffer-1", "gbuffer-2", "paths-1", "paths-2"]
+    assert sorted(path.name for path in runs.iterdir()) == names
+    result = json.loads(out.read_text())
+    assert result["windows"] == 4 and result["seeds"] == [1, 2]
+    assert result["variants"]["paths"]["parameters"] == result["variants"]["gbuffer"]["parameters"]
+    ratio = result["ratios"]["paths/gbuffer"]
+    assert set(ratio) == set(metrics.NAMES)
+    means = {name: about["means"]["MSE"] for name, about in result["variants"].items()}
+    alone = [a / b for a, b in zip(means["paths"], means["gbuffer"], strict=True)]
+    assert ratio["MSE"]["seeds"] == pytest.approx(alone)
+    assert ratio["MSE"]["value"] == pytest.approx(sum(means["paths"]) / sum(means["gbuffer"]))
+    assert ratio["MSE"]["low"] <= ratio["MSE"]["value"] <= ratio["MSE"]["high"]
+
+    # Again: nothing is trained, and what one seed's network lost is made anew.
+    times = {name: (runs / name / MODEL).stat().st_mtime_ns for name in names}
+    (runs / "paths-2" / MODEL).unlink()
+    (runs / "paths-2" / "checkpoint.pt").unlink()
+    assert study.main(command) == 0
+    kept = {name: (runs / name / MODEL).stat().st_mtime_ns for name in names}
+    assert [name for name in names if kept[name] != times[name]] == ["paths-2"]
+    again = json.loads(out.read_text())["variants"]["paths"]["means"]
+    assert again["MSE"] == pytest.approx(means["paths"])
+
+    monkeypatch.setattr(studypage, "DOCS", tmp_path)
+    assert study.main(["--page", str(out)]) == 0
+    page = (tmp_path / "studies.md").read_text()
+    assert "## Tiny" in page and f"{ratio['MSE']['value']:.3f} (" in page
+    assert capsys.readouterr().out.count("| paths/gbuffer |") == 2
+
+
+def test_studies_that_come_along_are_whole() -> None:
+    """Every variant is a network that can be built, and differs from the baseline."""
+    for file in sorted(study.STUDIES.glob("*.toml")):
+        found = study.Study.read(file.stem)
+        configs = []
+        for options in found.variants.values():
+            config = Config.read(found.config, *options.get("set", []))
+            configs.append((config, options.get("features")))
+        assert all(configs.count(config) == 1 for config in configs)
+        assert found.compared
+
+
+def test_wrong_studies_and_failed_runs_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rest = [str(tmp_path / "runs"), "--data", str(tmp_path / "none")]
+    assert study.main(["nothing", *rest]) == 1
+    assert "there are features, switches" in capsys.readouterr().err
+    assert study.main([str(write_study(tmp_path, wrong="s")), *rest]) == 1
+    assert "compares gbuffers, which it does not name" in capsys.readouterr().err
+    assert study.main([str(write_study(tmp_path)), *rest]) == 1
+    assert "could not be trained" in capsys.readouterr().err
+    assert study.main(["--page", str(tmp_path / "none.json")]) == 1
+    assert "none.json: it is no result" in capsys.readouterr().err

@@ -1,0 +1,289 @@
+"""Trains the variants of a network that a study names, all alike, and compares them.
+
+    python -m training.study switches RUNS --data DATA [--workers 2] [--json FILE]
+    python -m training.study --page FILE...             # writes the documentation's page
+
+A study is a TOML file, or one of training/studies by name. Every variant is trained with every seed
+by as many steps, on one thread each; what is trained already is kept, and what was interrupted goes
+on. Then all of them reconstruct the held-out windows at 8 samples a pixel, as training.evaluate
+does, and are compared with the study's baseline.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import datetime
+import json
+import subprocess
+import sys
+import time
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from training.needs_torch import require
+
+require("training.study")
+
+from mbfeat import metrics  # noqa: E402
+from mbfeat.devtools.layout import this_layout  # noqa: E402
+from mbfeat.files import write_whole  # noqa: E402
+from mbfeat.machine import cpu_name  # noqa: E402
+from training.checkpoints import CheckpointError, load_model  # noqa: E402
+from training.config import Config  # noqa: E402
+from training.dataset.plan import PlanError  # noqa: E402
+from training.dataset.references import ReferencesError  # noqa: E402
+from training.dataset.shards import ShardError  # noqa: E402
+from training.evaluation import networks, statistics, studypage  # noqa: E402
+from training.evaluation.data import PLANS, DataError, dataset  # noqa: E402
+from training.evaluation.methods import Method, measured  # noqa: E402
+from training.evaluation.statistics import Row  # noqa: E402
+from training.model.config import ConfigError  # noqa: E402
+from training.trainer import MODEL  # noqa: E402
+
+STUDIES = Path(__file__).resolve().parent / "studies"
+SAMPLES = 8
+KEPT = "metrics.json"  # of a run, beside its model
+
+
+class StudyError(Exception):
+    """A study cannot be read or one of its runs failed; the message says what to do."""
+
+
+@dataclass(frozen=True)
+class Study:
+    """`variants` are the options of training.train by name: a feature set, and settings.
+
+    `compared` are pairs of variants, each the first over the second.
+    """
+
+    title: str
+    config: str
+    steps: int
+    seeds: tuple[int, ...]
+    variants: Mapping[str, Mapping[str, Any]]
+    compared: tuple[tuple[str, str], ...] = field(default=())
+
+    @staticmethod
+    def read(name: str) -> Study:
+        """Raises StudyError."""
+        file = Path(name) if name.endswith(".toml") else STUDIES / f"{name}.toml"
+        try:
+            values = tomllib.loads(file.read_text(encoding="utf-8"))
+            variants = dict(values["variants"])
+            pairs = [tuple(pair) for pair in values.get("compared", [])]
+            if "baseline" in values:
+                base = values["baseline"]
+                pairs += [(name, base) for name in variants if name != base]
+            study = Study(
+                title=values["title"],
+                config=values["config"],
+                steps=int(values["steps"]),
+                seeds=tuple(int(seed) for seed in values["seeds"]),
+                variants=variants,
+                compared=tuple((str(a), str(b)) for a, b in pairs),
+            )
+        except OSError as error:
+            known = ", ".join(sorted(path.stem for path in STUDIES.glob("*.toml")))
+            raise StudyError(f"{file}: {error.strerror}; there are {known}") from error
+        except (tomllib.TOMLDecodeError, KeyError, TypeError, ValueError) as error:
+            raise StudyError(f"{file} is no study: {error!r}") from error
+        unknown = {name for pair in study.compared for name in pair} - set(variants)
+        if unknown:
+            names = ", ".join(sorted(unknown))
+            raise StudyError(f"{file} compares {names}, which it does not name")
+        for options in variants.values():
+            Config.read(study.config, *options.get("set", []))
+        return study
+
+    def command(self, variant: str, seed: int) -> list[str]:
+        """The options of training.train, apart from the folder and the data."""
+        options = self.variants[variant]
+        command = ["--config", self.config, "--seed", str(seed), "--steps", str(self.steps)]
+        if "features" in options:
+            command += ["--features", options["features"]]
+        for setting in options.get("set", []):
+            command += ["--set", setting]
+        return command
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the command; returns its exit code."""
+    parser = argparse.ArgumentParser(
+        prog="python -m training.study",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("study", nargs="?", help="a TOML file, or one of training/studies")
+    parser.add_argument("folder", nargs="?", type=Path, help="of all runs")
+    parser.add_argument("--data", type=Path, nargs="+", help="data sets to train on")
+    parser.add_argument("--test-data", type=Path, help="folder of the data sets test and stages")
+    parser.add_argument("--workers", type=int, default=1, help="runs at once, one thread each")
+    parser.add_argument("--json", type=Path)
+    parser.add_argument("--page", type=Path, nargs="+", metavar="RESULT", help="JSON files")
+    options = parser.parse_args(arguments)
+    try:
+        if options.page:
+            print(f"wrote {studypage.write(options.page)}")
+            return 0
+        if not (options.study and options.folder and options.data):
+            parser.error("a study, a folder and --data are needed")
+        result = _run(options)
+    except (
+        CheckpointError,
+        ConfigError,
+        DataError,
+        PlanError,
+        ReferencesError,
+        ShardError,
+        StudyError,
+        ValueError,
+        networks.NetworkError,
+    ) as error:
+        sys.stderr.write(f"training.study: {error}\n")
+        return 1
+    except KeyboardInterrupt:
+        sys.stderr.write("\ntraining.study: interrupted; run it again to go on\n")
+        return 130
+    print(studypage.section(result))
+    if options.json:
+        write_whole(options.json, json.dumps(result, indent=1) + "\n")
+    return 0
+
+
+def _run(options: argparse.Namespace) -> dict[str, Any]:
+    study = Study.read(options.study)
+    runs = [(variant, seed) for seed in study.seeds for variant in study.variants]
+    folders = {run: options.folder / f"{run[0].replace(' ', '-')}-{run[1]}" for run in runs}
+    begin = time.monotonic()
+    finished: list[str] = []
+
+    def train(run: tuple[str, int]) -> None:
+        if not (folders[run] / MODEL).exists():
+            _train(study, run, folders[run], options.data)
+        finished.append(run[0])
+        print(
+            f"[{len(finished)}/{len(runs)}] {run[0]}, seed {run[1]} is trained, "
+            f"{(time.monotonic() - begin) / 60:.0f} min",
+            flush=True,
+        )
+
+    _all(train, runs, options.workers)
+    test = options.test_data or this_layout().made / "training-data"
+    rows = {run: _metrics(folders[run], test) for run in runs}
+    trained = {run: load_model(folders[run] / MODEL) for run in runs}
+    return _result(study, options.study, rows, trained)
+
+
+def _all(train: Callable[[tuple[str, int]], None], runs: Sequence[Any], workers: int) -> None:
+    """Several at once; the first failure ends it when those that run are done."""
+    with ThreadPoolExecutor(max(workers, 1)) as pool:
+        futures = [pool.submit(train, run) for run in runs]
+        try:
+            for future in futures:
+                future.result()
+        except BaseException:
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+
+
+def _train(study: Study, run: tuple[str, int], folder: Path, data: Sequence[Path]) -> None:
+    """In a process of its own, whose words go to a file of the run."""
+    folder.mkdir(parents=True, exist_ok=True)
+    command = [sys.executable, "-m", "training.train", str(folder), *study.command(*run)]
+    command += ["--threads", "1", "--data", *map(str, data)]
+    root = Path(__file__).resolve().parents[1]
+    log = folder / "log.txt"
+    with log.open("a", encoding="utf-8") as words:
+        done = subprocess.run(command, cwd=root, stdout=words, stderr=words, check=False)
+    if done.returncode:
+        raise StudyError(f"{run[0]}, seed {run[1]} could not be trained; {log} says why")
+
+
+def _metrics(folder: Path, test: Path) -> list[Row]:
+    """Of a run's network on all windows; kept beside it."""
+    kept = folder / KEPT
+    if kept.exists() and kept.stat().st_mtime >= (folder / MODEL).stat().st_mtime:
+        return [Row(**row) for row in json.loads(kept.read_text(encoding="utf-8"))]
+    method: Method = networks.network(folder.name, folder / MODEL)
+    rows: list[Row] = []
+    for name in PLANS:
+        windows = dataset(test, name)
+        for index in range(len(windows)):
+            rows.append(measured(method, windows[index], len(rows), SAMPLES)[0])
+    write_whole(kept, json.dumps([vars(row) for row in rows]) + "\n")
+    return rows
+
+
+def _mean(rows: Sequence[Row], metric: str) -> float:
+    return sum(row.metrics[metric] for row in rows) / len(rows)
+
+
+def _over_seeds(
+    study: Study, rows: Mapping[tuple[str, int], Sequence[Row]], variant: str
+) -> list[Row]:
+    """A variant's rows, of means over its seeds: intervals are of windows alone."""
+    of_seeds = [rows[variant, seed] for seed in study.seeds]
+    return [
+        dataclasses.replace(
+            same[0],
+            method=variant,
+            metrics={name: _mean(same, name) for name in metrics.NAMES},
+        )
+        for same in zip(*of_seeds, strict=True)
+    ]
+
+
+def _result(
+    study: Study,
+    name: str,
+    rows: Mapping[tuple[str, int], Sequence[Row]],
+    trained: Mapping[tuple[str, int], Any],
+) -> dict[str, Any]:
+    """Plain values: means of each run, and ratios of means over seeds and windows."""
+    ratios: dict[str, Any] = {}
+    for first, second in study.compared:
+        both = [*_over_seeds(study, rows, first), *_over_seeds(study, rows, second)]
+        found = {}
+        for metric in metrics.NAMES:
+            interval = statistics.ratio(both, first, second, metric)
+            alone = [
+                _mean(rows[first, seed], metric) / _mean(rows[second, seed], metric)
+                for seed in study.seeds
+            ]
+            found[metric] = {**vars(interval), "seeds": alone}
+        ratios[f"{first}/{second}"] = found
+    return {
+        "study": Path(name).stem,
+        "title": study.title,
+        "config": study.config,
+        "steps": study.steps,
+        "seeds": list(study.seeds),
+        "samples": SAMPLES,
+        "windows": len(next(iter(rows.values()))),
+        "date": datetime.date.today().isoformat(),
+        "processor": cpu_name(),
+        "data": next(iter(trained.values())).history["data"],
+        "variants": {
+            variant: {
+                "parameters": trained[variant, study.seeds[0]].model.parameter_count,
+                "minutes": sum(trained[variant, s].history["seconds"] for s in study.seeds)
+                / 60
+                / len(study.seeds),
+                "means": {
+                    metric: [_mean(rows[variant, s], metric) for s in study.seeds]
+                    for metric in metrics.NAMES
+                },
+            }
+            for variant in study.variants
+        },
+        "ratios": ratios,
+    }
+
+
+if __name__ == "__main__":
+    sys.exit(main())
