@@ -141,6 +141,23 @@ float PiecewiseConstant1D::pdf(float x) const {
     return probability(i) * static_cast<float>(size());
 }
 
+IntervalGuide::IntervalGuide(const std::vector<float>& cdf, int intervals) : intervals_(intervals) {
+    // One part for every four to eight intervals: what is left is searched in two or three steps,
+    // and the table has an eighth of the bytes of the function.
+    while (parts_ * 8 <= intervals) {
+        parts_ *= 2;
+    }
+    const auto rowValues = static_cast<std::size_t>(intervals) + 1;
+    ends_.reserve(cdf.size() / rowValues * (static_cast<std::size_t>(parts_) + 1));
+    for (std::size_t row = 0; row < cdf.size(); row += rowValues) {
+        for (int part = 0; part <= parts_; ++part) {
+            const float end = static_cast<float>(part) / static_cast<float>(parts_);
+            ends_.push_back(
+                static_cast<std::uint16_t>(findInterval(cdf.data() + row, intervals, end)));
+        }
+    }
+}
+
 PiecewiseConstant2D::PiecewiseConstant2D(int width, int height, const std::vector<float>& weights)
     : width_(width),
       cdf_(static_cast<std::size_t>(width + 1) * height) {
@@ -150,23 +167,8 @@ PiecewiseConstant2D::PiecewiseConstant2D(int width, int height, const std::vecto
                              &cdf_[static_cast<std::size_t>(y) * (width + 1)]);
     }
     rows_ = PiecewiseConstant1D(rowSums);
-}
-
-PiecewiseConstant2D::Sample PiecewiseConstant2D::sample(Float2 u) const {
-    Sample s;
-    const PiecewiseConstant1D::Sample row = rows_.sample(u.y);
-    s.y = row.index;
-    s.fraction.y = row.fraction;
-    const float* cdf = &cdf_[static_cast<std::size_t>(s.y) * (width_ + 1)];
-    s.x = findInterval(cdf, width_, u.x);
-    s.fraction.x = fractionWithin(cdf, s.x, u.x);
-    s.probability = (cdf[s.x + 1] - cdf[s.x]) * rows_.probability(s.y);
-    return s;
-}
-
-float PiecewiseConstant2D::probability(int x, int y) const {
-    const float* cdf = &cdf_[static_cast<std::size_t>(y) * (width_ + 1)];
-    return (cdf[x + 1] - cdf[x]) * rows_.probability(y);
+    rowGuide_ = IntervalGuide(rows_.cdf_, height);
+    cellGuide_ = IntervalGuide(cdf_, width);
 }
 
 } // namespace mbfeat

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/laneMemory.h"
 #include "core/vec.h"
 
 namespace mbfeat {
@@ -63,30 +64,103 @@ private:
     bool degenerate_ = false;
 };
 
+/// Which interval of a distribution function a number falls in, for rows of such functions of
+/// equally many intervals, lane by lane. Each row has a coarse table of the intervals that the ends
+/// of equal parts of [0, 1) fall in, so that what is left to search lies in a cache line or two.
+class IntervalGuide {
+public:
+    IntervalGuide() = default;
+    /// `intervals` + 1 rising values a row, at most 65,536 intervals; cdf is not kept.
+    IntervalGuide(const std::vector<float>& cdf, int intervals);
+
+    /// The interval of row `row` with cdf[i] <= u < cdf[i + 1], of the cdf that the guide was made
+    /// from; u in [0, 1).
+    template <class T>
+    IntLane<T> find(const std::vector<float>& cdf, const IntLane<T>& row, const T& u) const {
+        // A power of two of parts: the product is exact.
+        const IntLane<T> part = toInteger(u * T(static_cast<float>(parts_)));
+        const IntLane<T> place = row * IntLane<T>(parts_ + 1) + part;
+        const auto* const bytes = reinterpret_cast<const std::uint8_t*>(ends_.data());
+        const IntLane<T> ends =
+            gatherWordsAt<T>(bytes, place * IntLane<T>(static_cast<int>(sizeof(ends_[0]))));
+        IntLane<T> low = ends & IntLane<T>(0xFFFF);
+        IntLane<T> high = (ends >> 16) & IntLane<T>(0xFFFF);
+        const IntLane<T> second = row * IntLane<T>(intervals_ + 1) + IntLane<T>(1);
+        while (any(low < high)) {
+            const IntLane<T> middle = (low + high) >> 1;
+            const Mask<T> below = u < gatherLanes<T>(cdf.data(), second + middle);
+            low = selectInt(below, low, min(middle + IntLane<T>(1), high));
+            high = selectInt(below, middle, high);
+        }
+        return low;
+    }
+
+private:
+    int intervals_ = 0, parts_ = 1;
+    std::vector<std::uint16_t> ends_; ///< parts_ + 1 a row
+};
+
 /// Density on [0, 1]^2 that is constant on the cells of a grid. Probabilities are differences of
-/// the stored distribution function, so they are exactly those that sample() realises.
+/// the stored distribution function, so they are exactly those that sample() realises. At most
+/// 65,536 cells a side; all lane types give the same bits.
 class PiecewiseConstant2D {
 public:
     PiecewiseConstant2D() = default;
     /// weights[y * width + x], proportional to the probability of the cell.
     PiecewiseConstant2D(int width, int height, const std::vector<float>& weights);
 
-    struct Sample {
-        int x = 0, y = 0;            ///< cell
-        Float2 fraction{0.0F, 0.0F}; ///< position within the cell, [0, 1)
-        float probability = 0.0F;    ///< of the cell
+    template <class T>
+    struct LaneSample {
+        IntLane<T> x{}, y{}; ///< cell
+        Vec2<T> fraction{};  ///< position within the cell, [0, 1)
+        T probability{};     ///< of the cell
     };
-    Sample sample(Float2 u) const;
+    using Sample = LaneSample<float>;
+    Sample sample(Float2 u) const { return sample<float>(u); }
+    template <class T>
+    LaneSample<T> sample(const Vec2<T>& u) const {
+        LaneSample<T> s;
+        s.y = rowGuide_.find<T>(rows_.cdf_, IntLane<T>(0), u.y);
+        s.x = cellGuide_.find<T>(cdf_, s.y, u.x);
+        const Ends<T> row = endsOf<T>(rows_.cdf_, s.y);
+        const Ends<T> cell = endsOf<T>(cdf_, s.y * IntLane<T>(width_ + 1) + s.x);
+        s.fraction = {cell.fraction(u.x), row.fraction(u.y)};
+        s.probability = cell.probability() * row.probability();
+        return s;
+    }
     /// Probability of a cell. Density per unit area of the square is this times width * height.
-    float probability(int x, int y) const;
+    float probability(int x, int y) const { return probability<float>(x, y); }
+    template <class T>
+    T probability(const IntLane<T>& x, const IntLane<T>& y) const {
+        return endsOf<T>(cdf_, y * IntLane<T>(width_ + 1) + x).probability() *
+               endsOf<T>(rows_.cdf_, y).probability();
+    }
     int width() const { return width_; }
     int height() const { return rows_.size(); }
     bool isDegenerate() const { return rows_.isDegenerate(); }
 
 private:
+    /// The distribution function at both ends of an interval.
+    template <class T>
+    struct Ends {
+        T low, high;
+        T probability() const { return high - low; }
+        T fraction(const T& u) const {
+            const T size = high - low;
+            const Mask<T> wide = size > T(0);
+            const T f = select(wide, (u - low) / select(wide, size, T(1)), T(0));
+            return min(max(f, T(0)), T(kOneMinusEpsilon));
+        }
+    };
+    template <class T>
+    static Ends<T> endsOf(const std::vector<float>& cdf, const IntLane<T>& place) {
+        return {gatherLanes<T>(cdf.data(), place), gatherLanes<T>(cdf.data() + 1, place)};
+    }
+
     int width_ = 0;
     PiecewiseConstant1D rows_;
     std::vector<float> cdf_; ///< width_ + 1 values a row
+    IntervalGuide rowGuide_, cellGuide_;
 };
 
 } // namespace mbfeat

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/warp.h"
-
 namespace mbfeat {
 
 namespace {
@@ -82,13 +80,6 @@ float capHeight(int edge, int rows, bool upper) {
 
 } // namespace
 
-Float2 latLongFromDirection(const Float3& d) {
-    const float longitude = std::atan2(d.x, d.z);
-    const float latitude = std::atan2(d.y, std::sqrt(d.x * d.x + d.z * d.z));
-    return {clamp(0.5F - longitude * (0.5F * kInvPi), 0.0F, 1.0F),
-            clamp(0.5F + latitude * kInvPi, 0.0F, 1.0F)};
-}
-
 EnvironmentMap::EnvironmentMap(std::shared_ptr<const Image> image) : image_(std::move(image)) {
     const int gridW = std::min(image_->width(), kMaxGridWidth);
     const int gridH = std::min(image_->height(), kMaxGridHeight);
@@ -96,7 +87,7 @@ EnvironmentMap::EnvironmentMap(std::shared_ptr<const Image> image) : image_(std:
         gridMeans(texelMeans(*image_), image_->width(), image_->height(), gridW, gridH);
     double total = 0.0;
     solidAngles_.resize(static_cast<std::size_t>(gridH));
-    edges_.resize(static_cast<std::size_t>(gridH));
+    edges_.resize(2 * static_cast<std::size_t>(gridH));
     for (int y = 0; y < gridH; ++y) {
         // sin(b) - sin(a) without cancellation.
         const double a = kPiExact * y / gridH, b = kPiExact * (y + 1) / gridH;
@@ -104,8 +95,8 @@ EnvironmentMap::EnvironmentMap(std::shared_ptr<const Image> image) : image_(std:
             4.0 * kPiExact * std::sin(0.5 * (a + b)) * std::sin(0.5 * (b - a));
         solidAngles_[static_cast<std::size_t>(y)] = static_cast<float>(rowSolidAngle / gridW);
         const bool upper = 2 * y >= gridH;
-        edges_[static_cast<std::size_t>(y)] = {capHeight(y, gridH, upper),
-                                               capHeight(y + 1, gridH, upper)};
+        edges_[2 * static_cast<std::size_t>(y)] = capHeight(y, gridH, upper);
+        edges_[2 * static_cast<std::size_t>(y) + 1] = capHeight(y + 1, gridH, upper);
         for (int x = 0; x < gridW; ++x) {
             float& weight = weights[static_cast<std::size_t>(y) * gridW + x];
             weight *= solidAngles_[static_cast<std::size_t>(y)];
@@ -114,46 +105,6 @@ EnvironmentMap::EnvironmentMap(std::shared_ptr<const Image> image) : image_(std:
     }
     mean_ = total / (4.0 * kPiExact);
     grid_ = PiecewiseConstant2D(gridW, gridH, weights);
-}
-
-Rgb EnvironmentMap::value(const Float3& d) const {
-    if (!image_) {
-        return Rgb(1.0F);
-    }
-    const Float4 c = image_->sample(latLongFromDirection(d), Wrap::kRepeat, Wrap::kClamp);
-    return {max(c.x, 0.0F), max(c.y, 0.0F), max(c.z, 0.0F)};
-}
-
-EnvironmentMap::Sample EnvironmentMap::sample(Float2 u) const {
-    if (!image_) {
-        return {uniformSphere(u), uniformSpherePdf<float>()};
-    }
-    const PiecewiseConstant2D::Sample cell = grid_.sample(u);
-    const bool upper = isUpper(cell.y);
-    // Uniform in sin(lat) within the row, so the density is constant over the cell.
-    const Float2 edges = edges_[static_cast<std::size_t>(cell.y)];
-    const float h = lerp(cell.fraction.y, edges.x, edges.y);
-    const float cosLat = safeSqrt(h * (2.0F - h));
-    const float sinLat = upper ? 1.0F - h : h - 1.0F;
-    const float s =
-        (static_cast<float>(cell.x) + cell.fraction.x) / static_cast<float>(grid_.width());
-    const float longitude = kPi * (1.0F - 2.0F * s);
-    Sample result;
-    result.direction = {std::sin(longitude) * cosLat, sinLat, std::cos(longitude) * cosLat};
-    result.pdf = cell.probability / cellSolidAngle(cell.y);
-    return result;
-}
-
-float EnvironmentMap::pdf(const Float3& d) const {
-    if (!image_) {
-        return uniformSpherePdf<float>();
-    }
-    const Float2 st = latLongFromDirection(d);
-    const int x =
-        std::min(static_cast<int>(st.x * static_cast<float>(grid_.width())), grid_.width() - 1);
-    const int y =
-        std::min(static_cast<int>(st.y * static_cast<float>(grid_.height())), grid_.height() - 1);
-    return grid_.probability(x, y) / cellSolidAngle(y);
 }
 
 } // namespace mbfeat

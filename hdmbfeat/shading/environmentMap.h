@@ -11,16 +11,52 @@
 
 #include "core/distribution.h"
 #include "core/vec.h"
+#include "core/warp.h"
 #include "scene/texture.h"
+#include "scene/textureLanes.h"
 
 namespace mbfeat {
 
+/// The angle of (x, y) from the x axis in turns, -1/2 to 1/2, to 4e-8 of a turn and, where it is
+/// below an eighth, to 4 ulp of itself; 0 where both are. Float and SIMD lanes get the same bits,
+/// which the C library's function would not give; doubles get the library's. Reduced to a
+/// sixteenth of a turn about an axis or a diagonal; the polynomial is minimax for the relative
+/// error there (2e-8), by Remez' exchange.
+template <class T>
+T angleInTurns(const T& y, const T& x) {
+    if constexpr (std::is_same_v<T, double>) {
+        return std::atan2(y, x) * 0.159154943091895335769;
+    } else {
+        const T ax = abs(x), ay = abs(y);
+        const T smaller = min(ax, ay), larger = max(ax, ay);
+        const Mask<T> diagonal = smaller > larger * T(0.41421356F); // tan(pi / 8)
+        const T above = select(diagonal, smaller - larger, smaller);
+        const T below = select(diagonal, smaller + larger, larger);
+        const T t = above / select(below > T(0), below, T(1));
+        const T z = t * t;
+        const T tail =
+            fma(z, fma(z, fma(z, T(1.271128654e-2F), T(-2.204628289e-2F)), T(3.179035708e-2F)),
+                T(-5.305079743e-2F));
+        const T octant =
+            fma(t * z, tail, t * T(1.591549367e-1F)) + select(diagonal, T(0.125F), T(0));
+        const T quarter = select(ay > ax, T(0.25F) - octant, octant);
+        const T half = select(x < T(0), T(0.5F) - quarter, quarter);
+        return select(y < T(0), negate(half), half);
+    }
+}
+
 /// Texture coordinates of a unit direction, in [0, 1].
-Float2 latLongFromDirection(const Float3& d);
+template <class T>
+Vec2<T> latLongFromDirection(const Vec3<T>& d) {
+    const T longitude = angleInTurns(d.x, d.z);
+    const T latitude = angleInTurns(d.y, sqrt(d.x * d.x + d.z * d.z));
+    return {T(0.5F) - longitude, T(0.5F) + T(2) * latitude};
+}
 
 /// An image around the origin. Directions are sampled with a density that is constant on the
 /// cells of a grid (the texels, or blocks of them in large images) and proportional there to the
-/// mean of the bilinearly filtered image.
+/// mean of the bilinearly filtered image. Templates on the lane type, which give the same bits for
+/// all but double.
 class EnvironmentMap {
 public:
     /// Without an image: 1 in every direction, sampled uniformly.
@@ -29,29 +65,97 @@ public:
 
     bool isUniform() const { return image_ == nullptr; }
 
-    /// Radiance from the unit direction d; never negative.
-    Rgb value(const Float3& d) const;
-
-    struct Sample {
-        Float3 direction{0.0F, 0.0F, 1.0F};
-        float pdf = 0.0F; ///< per solid angle
+    /// What is to be seen along unit directions.
+    template <class T>
+    struct Seen {
+        Vec3<T> value; ///< radiance, never negative
+        T pdf;         ///< of sampling the direction, per solid angle
     };
-    Sample sample(Float2 u) const;
-    float pdf(const Float3& d) const;
+    template <class T>
+    Seen<T> look(const Vec3<T>& d) const {
+        if (!image_) {
+            return {Vec3<T>(T(1)), uniformSpherePdf<T>()};
+        }
+        const Vec2<T> st = latLongFromDirection(d);
+        return {texels(st), pdfAt(st)};
+    }
+    Rgb value(const Float3& d) const { return look(d).value; }
+    float pdf(const Float3& d) const { return look(d).pdf; }
+
+    template <class T>
+    struct LaneSample {
+        Vec3<T> direction{T(0), T(0), T(1)};
+        T pdf{T(0)};         ///< per solid angle
+        Vec3<T> value{T(0)}; ///< radiance
+    };
+    using Sample = LaneSample<float>;
+    Sample sample(Float2 u) const { return sample<float>(u); }
+    template <class T>
+    LaneSample<T> sample(const Vec2<T>& u) const {
+        if (!image_) {
+            return {uniformSphere(u), uniformSpherePdf<T>(), Vec3<T>(T(1))};
+        }
+        const auto cell = grid_.sample<T>(u);
+        // Uniform in sin(lat) within the row, so the density is constant over the cell.
+        const IntLane<T> edges = cell.y + cell.y;
+        const T h = lerp(cell.fraction.y, gatherLanes<T>(edges_.data(), edges),
+                         gatherLanes<T>(edges_.data() + 1, edges));
+        const T cosLat = safeSqrt(h * (T(2) - h));
+        const Mask<T> upper = toFloat(edges) >= T(static_cast<float>(grid_.height()));
+        const T sinLat = select(upper, T(1) - h, h - T(1));
+        const T s = (toFloat(cell.x) + cell.fraction.x) / T(static_cast<float>(grid_.width()));
+        T sine, cosine;
+        sinCosTurns(T(0.5F) - s, sine, cosine);
+        // The image where the direction was chosen: looked up by the direction, which is rounded,
+        // it would be that of the neighbour at the edges of cells.
+        const Vec2<T> st{s, T(0.5F) + T(2) * angleInTurns(sinLat, cosLat)};
+        return {{sine * cosLat, sinLat, cosine * cosLat},
+                cell.probability / gatherLanes<T>(solidAngles_.data(), cell.y),
+                texels(st)};
+    }
 
     /// Mean of (r + g + b) / 3 over the sphere.
     double mean() const { return mean_; }
 
 private:
-    bool isUpper(int row) const { return 2 * row >= grid_.height(); }
-    float cellSolidAngle(int row) const { return solidAngles_[static_cast<std::size_t>(row)]; }
+    template <class T>
+    Vec3<T> texels(const Vec2<T>& st) const {
+        const auto positive = [](const auto& c) {
+            using L = std::decay_t<decltype(c.x)>;
+            return Vec3<L>(max(c.x, L(0)), max(c.y, L(0)), max(c.z, L(0)));
+        };
+        if constexpr (kIsBatch<T>) {
+            if (image_->hasLanes()) {
+                return positive(sampleTexture<T>(*image_, st, Wrap::kRepeat, Wrap::kClamp));
+            }
+            const LaneBuffer<T> s(st.x), t(st.y);
+            LaneBuffer3<T> result;
+            for (int i = 0; i < LaneTraits<T>::kWidth; ++i) {
+                result.set(i, positive(image_->sample({s[i], t[i]}, Wrap::kRepeat, Wrap::kClamp)));
+            }
+            return result.lanes();
+        } else {
+            return positive(image_->sample(st, Wrap::kRepeat, Wrap::kClamp));
+        }
+    }
+
+    template <class T>
+    T pdfAt(const Vec2<T>& st) const {
+        const auto cell = [](const T& coordinate, int size) {
+            const IntLane<T> at = toInteger(coordinate * T(static_cast<float>(size)));
+            return min(max(at, IntLane<T>(0)), IntLane<T>(size - 1));
+        };
+        const IntLane<T> y = cell(st.y, grid_.height());
+        return grid_.probability<T>(cell(st.x, grid_.width()), y) /
+               gatherLanes<T>(solidAngles_.data(), y);
+    }
 
     std::shared_ptr<const Image> image_;
     PiecewiseConstant2D grid_;
     std::vector<float> solidAngles_; ///< of a cell, by row
     /// 1 - sin(lat) in the upper half and 1 + sin(lat) in the lower, at the lower and the upper
     /// edge of each row: unlike sin(lat) they keep their precision at the poles.
-    std::vector<Float2> edges_;
+    std::vector<float> edges_;
     double mean_ = 1.0;
 };
 

@@ -35,12 +35,25 @@ struct LightLanes : ShapeSample<T> {
 };
 
 /// Whether sampleOnLanes() is all of this light, and the same to the bit in all lane types: not so
-/// cylinders, nor what shaping and textures make of the radiance, nor domes with an image, which it
-/// does not have.
+/// cylinders, nor what shaping and textures make of the radiance of shapes.
 inline bool samplesOnLanes(const PreparedLight& light) {
-    const auto* const dome = std::get_if<DomeEmitter>(&light.emitter);
-    return !light.shaping.isOn() && !light.texture && (dome == nullptr || dome->map.isUniform()) &&
+    return !light.shaping.isOn() && !light.texture &&
            !std::holds_alternative<CylinderShape<float>>(light.emitter);
+}
+
+/// What each lane's unit direction meets of an environment: its radiance, and the density of its
+/// sampling without the choice of light.
+template <class T>
+EnvironmentMap::Seen<T> lookAtEnvironment(const PreparedLight& light, const Vec3<T>& wi) {
+    const Vec3<T> radiance(light.radiance);
+    if (const auto* const dome = std::get_if<DomeEmitter>(&light.emitter)) {
+        EnvironmentMap::Seen<T> seen = dome->look<T>(wi);
+        seen.value = radiance * seen.value;
+        return seen;
+    }
+    const auto& cone = std::get<ConeShape<float>>(light.emitter);
+    const T pdf = ConeShape<T>{Vec3<T>(cone.axis), T(cone.oneMinusCosMax)}.pdf(wi);
+    return {select<T>(pdf > T(0), radiance, Vec3<T>(T(0))), pdf};
 }
 
 /// A sample of the light from each p; its radiance as it is without shaping and texture.
@@ -80,12 +93,12 @@ LightLanes<T> sampleOnLanes(const PreparedLight& light, const Vec3<T>& p, const 
                        // Nothing is emitted inwards.
                        out.pdf = select(dot(out.normal, out.wi) < T(0), out.pdf, T(0));
                    },
-                   [&](const DomeEmitter& dome) { // of one colour
-                       const Vec3<T> w = dome.toRender.template as<T>().vector(uniformSphere(u));
-                       const T l = length(w);
-                       out.wi = w / l;
+                   [&](const DomeEmitter& dome) {
+                       const EnvironmentMap::LaneSample<T> s = dome.sample<T>(u);
+                       out.wi = s.direction;
                        out.distance = T(std::numeric_limits<float>::infinity());
-                       out.pdf = uniformSpherePdf<T>() * l * l * l;
+                       out.pdf = s.pdf;
+                       out.radiance = out.radiance * s.value;
                    },
                },
                light.emitter);

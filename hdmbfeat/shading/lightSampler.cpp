@@ -15,8 +15,6 @@ namespace mbfeat {
 
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
 void takePlace(LightSample& out, const ShapeSample<float>& s) {
     out.wi = s.wi;
     out.distance = s.distance;
@@ -33,15 +31,6 @@ LightSample sampleLight(const PreparedLight& light, const Float3& p, Float2 u) {
     out.castsShadows = light.castsShadows;
     out.delta = light.isDelta();
     out.pointError = light.pointError;
-    const auto* const dome = std::get_if<DomeEmitter>(&light.emitter);
-    if (dome != nullptr && !dome->map.isUniform()) {
-        const EnvironmentMap::Sample s = dome->sample(u);
-        out.wi = s.direction;
-        out.distance = kInfinity;
-        out.pdf = s.pdf;
-        out.radiance = light.radiance * dome->map.value(dome->localDirection(s.direction));
-        return out;
-    }
     const LightLanes<float> s = sampleOnLanes<float>(light, p, u);
     takePlace(out, s);
     out.radiance = s.radiance;
@@ -254,6 +243,10 @@ LightSample LightSampler::sample(const LightReceiver& receiver, float uLight, Fl
     return sample(receiver, pick(receiver, uLight), u);
 }
 
+float LightSampler::choiceProbability(std::uint32_t light, const LightReceiver& receiver) const {
+    return impl_->choice.probability(impl_->lightEntry[light], receiver);
+}
+
 const LightPair* LightSampler::pair() const {
     return impl_->pair ? &*impl_->pair : nullptr;
 }
@@ -303,8 +296,7 @@ LightHit LightSampler::evaluateHit(std::uint32_t light, const LightReceiver& rec
         return hit;
     }
     hit.radiance = source.emitted(surface.uv, wi);
-    hit.pdf = impl_->choice.probability(impl_->lightEntry[light], receiver) *
-              shapePdf(source, receiver.p, wi, hit.point);
+    hit.pdf = choiceProbability(light, receiver) * shapePdf(source, receiver.p, wi, hit.point);
     if (!isFinite(hit.radiance) || !std::isfinite(hit.pdf)) {
         hit.radiance = Rgb(0.0F);
         hit.pdf = 0.0F;
@@ -321,22 +313,14 @@ std::uint32_t LightSampler::lightOfEnvironment(std::uint32_t environment) const 
 }
 
 Rgb LightSampler::environmentRadiance(std::uint32_t environment, const Float3& wi) const {
-    const PreparedLight& light = *impl_->lights[impl_->environments[environment]];
-    if (const auto* dome = std::get_if<DomeEmitter>(&light.emitter)) {
-        return light.radiance * dome->map.value(dome->localDirection(wi));
-    }
-    const auto& cone = std::get<ConeShape<float>>(light.emitter);
-    return cone.pdf(wi) > 0.0F ? light.radiance : Rgb(0.0F);
+    return lookAtEnvironment<float>(*impl_->lights[impl_->environments[environment]], wi).value;
 }
 
 float LightSampler::environmentPdf(std::uint32_t environment, const LightReceiver& receiver,
                                    const Float3& wi) const {
     const std::uint32_t index = impl_->environments[environment];
-    const PreparedLight& light = *impl_->lights[index];
-    const auto* dome = std::get_if<DomeEmitter>(&light.emitter);
-    const float pdf =
-        dome != nullptr ? dome->pdf(wi) : std::get<ConeShape<float>>(light.emitter).pdf(wi);
-    return impl_->choice.probability(impl_->lightEntry[index], receiver) * pdf;
+    return choiceProbability(index, receiver) *
+           lookAtEnvironment<float>(*impl_->lights[index], wi).pdf;
 }
 
 Rgb LightSampler::environmentRadiance(const Float3& wi, bool cameraRay) const {

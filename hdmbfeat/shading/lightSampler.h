@@ -117,6 +117,8 @@ public:
     /// The two steps of it: the choice, and the point on what was chosen.
     LightPick pick(const LightReceiver& receiver, float uLight) const;
     LightSample sample(const LightReceiver& receiver, const LightPick& pick, Float2 u) const;
+    /// The probability with which pick() takes an active light: the same float.
+    float choiceProbability(std::uint32_t light, const LightReceiver& receiver) const;
     /// The choice for many receivers at a time, where there is one; entries are indices of lights.
     const LightPair* pair() const;
     /// An active light, for many receivers or rays at a time (lightLanes.h).

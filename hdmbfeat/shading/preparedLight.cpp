@@ -420,20 +420,6 @@ private:
 
 } // namespace
 
-// A linear map M of determinant 1 takes solid angle at w to that at Mw / |Mw| times 1 / |Mw|^3.
-EnvironmentMap::Sample DomeEmitter::sample(Float2 u) const {
-    EnvironmentMap::Sample s = map.sample(u);
-    const Float3 w = toRender.vector(s.direction);
-    const float l = length(w);
-    return {w / l, s.pdf * l * l * l};
-}
-
-float DomeEmitter::pdf(const Float3& wi) const {
-    const Float3 w = toLocal.vector(wi);
-    const float l = length(w);
-    return map.pdf(w / l) / (l * l * l);
-}
-
 Rgb PreparedLight::emitted(Float2 uv, const Float3& wi) const {
     Rgb result = radiance;
     if (shaping.isOn()) {

@@ -43,9 +43,25 @@ struct DomeEmitter {
     EnvironmentMap map;
     AffineF toLocal, toRender; ///< linear parts, scaled to determinant +-1
 
-    Float3 localDirection(const Float3& wi) const { return normalize(toLocal.vector(wi)); }
-    EnvironmentMap::Sample sample(Float2 u) const;
-    float pdf(const Float3& wi) const;
+    // A linear map M of determinant 1 takes solid angle at w to that at Mw / |Mw| times 1 / |Mw|^3.
+    template <class T>
+    EnvironmentMap::LaneSample<T> sample(const Vec2<T>& u) const {
+        EnvironmentMap::LaneSample<T> s = map.sample<T>(u);
+        const Vec3<T> w = toRender.as<T>().vector(s.direction);
+        const T l = length(w);
+        s.direction = w / l;
+        s.pdf = s.pdf * l * l * l;
+        return s;
+    }
+    /// Along the unit direction wi.
+    template <class T>
+    EnvironmentMap::Seen<T> look(const Vec3<T>& wi) const {
+        const Vec3<T> w = toLocal.as<T>().vector(wi);
+        const T l = length(w);
+        EnvironmentMap::Seen<T> seen = map.look<T>(w / l);
+        seen.pdf = seen.pdf / (l * l * l);
+        return seen;
+    }
 };
 
 struct PreparedLight {

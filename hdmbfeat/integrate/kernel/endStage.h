@@ -2,6 +2,7 @@
 #pragma once
 
 #include "integrate/kernel/kernelState.h"
+#include "shading/lightLanes.h"
 
 namespace mbfeat {
 
@@ -52,29 +53,80 @@ public:
         if (count == 0) {
             return;
         }
-        for (const std::int32_t slot : s_.misses) {
-            const Float3 direction = s_.paths.get3(kDirection, slot);
+        for (std::size_t i = 0; i < s_.misses.size(); i += LaneTraits<T>::kWidth) {
+            const Group g = s_.group(s_.misses.data() + i, s_.misses.size() - i);
             if (vertex == 0) {
-                s_.addEmitted(0, slot, lights_.environmentRadiance(direction, true));
-                continue;
-            }
-            for (std::uint32_t e = 0; e < count; ++e) {
-                const Rgb radiance = lights_.environmentRadiance(e, direction);
-                if (isBlack(radiance)) {
-                    continue;
+                missFromCamera(g);
+            } else {
+                for (std::uint32_t e = 0; e < count; ++e) {
+                    miss(g, vertex, lights_.lightOfEnvironment(e));
                 }
-                const bool delta = isDelta(slot);
-                const float pdf =
-                    delta ? 0.0F : lights_.environmentPdf(e, s_.receiver(slot), direction);
-                const std::uint32_t light = lights_.lightOfEnvironment(e);
-                s_.addEmitted(vertex, slot,
-                              throughput(slot) * multiplier(vertex, slot, light) * radiance *
-                                  mis(vertex, slot, light, pdf));
             }
         }
     }
 
 private:
+    using Group = typename KernelState<T>::Group;
+
+    /// What the camera sees behind the scene.
+    void missFromCamera(const Group& g) {
+        const Vec3<T> direction = s_.paths.template get<T>(kDirection, g.read).xyz();
+        Vec3<T> sum(T(0));
+        for (std::uint32_t e = 0; e < lights_.environmentCount(); ++e) {
+            const std::uint32_t light = lights_.lightOfEnvironment(e);
+            if (lights_.visibleToCamera(light)) {
+                sum += lookAtEnvironment<T>(lights_.prepared(light), direction).value;
+            }
+        }
+        s_.addContribution(-1, g.write, sum);
+    }
+
+    /// What paths meet of one environment.
+    void miss(const Group& g, int vertex, std::uint32_t light) {
+        const Vec3<T> direction = s_.paths.template get<T>(kDirection, g.read).xyz();
+        const EnvironmentMap::Seen<T> seen =
+            lookAtEnvironment<T>(lights_.prepared(light), direction);
+        const Mask<T> lit = isLit(seen.value) && maskOfBits<T>(g.bits);
+        if (none(lit)) {
+            return;
+        }
+        const LaneQuad<T> keys = s_.paths.template get<T>(kKeys, g.read);
+        const Mask<T> delta = toFloat(bitsOf(keys.w) & IntLane<T>(kFlagDelta)) != T(0);
+        T probability(1);
+        if (lights_.choiceCount() > 1) {
+            LaneBuffer<T> chosen(T(0));
+            const std::uint32_t weighed = laneBits(lit) & ~laneBits(delta);
+            for (int i = 0; i < g.count; ++i) {
+                if (((weighed >> static_cast<unsigned>(i)) & 1U) != 0) {
+                    chosen[i] = lights_.choiceProbability(light, s_.receiver(g.read[i]));
+                }
+            }
+            probability = chosen.lanes();
+        }
+        const T pdf = probability * seen.pdf;
+        const T scattered = s_.paths.template get<T>(kReceiverP, g.read).w;
+        static_assert(kBsdfPdf == kReceiverP + 3);
+        T weight = select(delta, T(1), misWeight(scattered, pdf));
+        if (s_.template handles<Effect::kShadowlessLights>() && !lights_.castsShadows(light)) {
+            weight = select(!delta && pdf > T(0), T(0), weight); // see mis()
+        }
+        Vec3<T> carried = s_.paths.template get<T>(kThroughput, g.read).xyz();
+        if (s_.template handles<Effect::kLightMultipliers>()) {
+            carried = carried * multipliers(g, light);
+        }
+        s_.addEmitted(vertex, g.write, carried * seen.value * weight);
+    }
+
+    Vec3<T> multipliers(const Group& g, std::uint32_t light) const {
+        const float d = lights_.diffuseMultiplier(light);
+        const float s = lights_.specularMultiplier(light);
+        if (d == 1.0F && s == 1.0F) {
+            return Vec3<T>(T(1));
+        }
+        const Vec3<T> share = s_.paths.template get<T>(kDiffuseShare, g.read).xyz();
+        return share * T(d) + (Vec3<T>(T(1)) - share) * T(s);
+    }
+
     Rgb throughput(int slot) const { return s_.paths.get3(kThroughput, slot); }
     bool isDelta(int slot) const { return (s_.paths.integer(kFlags, slot) & kFlagDelta) != 0; }
     /// Weight of light that a segment met, against that of sampling the light. A light without

@@ -229,13 +229,21 @@ struct KernelState {
     }
     /// Emission that the ray towards `vertex` reached: it counts as the vertex before's.
     void addEmitted(int vertex, int slot, const Rgb& value) {
-        const RenderOptions& options = context->options;
         const int source = vertex - 1;
-        const float limit = source <= 0 ? options.clampDirect : options.clampIndirect;
-        addContributionOf(slot, source, source < 0 ? value : clampTo(value, limit));
+        addContributionOf(slot, source,
+                          source < 0 ? value : clampTo(value, limitOfEmitted(source)));
+    }
+    /// The same for lanes that arrived at a vertex behind the first.
+    void addEmitted(int vertex, const std::int32_t* slots, const Vec3<T>& value) {
+        const int source = vertex - 1;
+        addContribution(source, slots, clampTo<T>(value, limitOfEmitted(source)));
     }
 
 private:
+    float limitOfEmitted(int source) const {
+        const RenderOptions& options = context->options;
+        return source <= 0 ? options.clampDirect : options.clampIndirect;
+    }
     void add3(int field, const std::int32_t* slots, const Vec3<T>& v) {
         const LaneQuad<T> there = loadQuads<T>(recordFloats.data() + field, slots, recordStride);
         setRecord(field, slots, {there.xyz() + v, there.w});

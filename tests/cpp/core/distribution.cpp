@@ -1,5 +1,6 @@
 #include "core/distribution.h"
 
+#include <algorithm>
 #include <limits>
 
 #include "support/check.h"
@@ -128,4 +129,55 @@ TEST_CASE("two-dimensional distribution of a black image is uniform") {
     const PiecewiseConstant2D distribution(4, 2, std::vector<float>(8, 0.0F));
     CHECK(distribution.isDegenerate());
     CHECK(distribution.probability(3, 1) == 0.125F);
+}
+
+TEST_CASE("the guide of a distribution function finds what a search of all of it does") {
+    TestRandom random(6);
+    for (const int intervals : {1, 2, 7, 64, 300, 2048}) {
+        CAPTURE(intervals);
+        constexpr int kRows = 3;
+        const std::size_t stride = static_cast<std::size_t>(intervals) + 1;
+        std::vector<float> cdf;
+        for (int row = 0; row < kRows; ++row) {
+            // Rows of equal steps, of few large ones among empty ones, and of one.
+            std::vector<double> weights;
+            double sum = 0.0;
+            for (int i = 0; i < intervals; ++i) {
+                const double x = random.nextDouble();
+                weights.push_back(row == 0 ? 1.0 : row == 1 ? (x < 0.9 ? 0.0 : x) : 0.0);
+            }
+            weights[static_cast<std::size_t>(intervals / 2)] += row == 2 ? 1.0 : 0.01;
+            for (const double w : weights) {
+                sum += w;
+            }
+            double at = 0.0;
+            cdf.push_back(0.0F);
+            for (const double w : weights) {
+                at += w;
+                cdf.push_back(static_cast<float>(at / sum));
+            }
+            cdf.back() = 1.0F;
+        }
+        const IntervalGuide guide(cdf, intervals);
+        using Batch = xsimd::batch<float>;
+        constexpr int kLanes = LaneTraits<Batch>::kWidth;
+        for (int i = 0; i < 2000; ++i) {
+            LaneBuffer<Batch> u;
+            alignas(64) std::int32_t row[kLanes], found[kLanes];
+            for (int k = 0; k < kLanes; ++k) {
+                row[k] = (i + k) % kRows;
+                // Values of the function itself, too: they begin an interval.
+                const float value = cdf[static_cast<std::size_t>(random.nextDouble() * cdf.size())];
+                u[k] = k % 3 == 0 ? std::min(value, kOneMinusEpsilon) : random.nextFloat();
+            }
+            storeIntLanes<Batch>(found,
+                                 guide.find<Batch>(cdf, loadIntLanes<Batch>(row), u.lanes()));
+            for (int k = 0; k < kLanes; ++k) {
+                const float* const own = cdf.data() + stride * static_cast<std::size_t>(row[k]);
+                const float* const above = std::upper_bound(own + 1, own + intervals, u[k]);
+                REQUIRE(found[k] == above - own - 1);
+                REQUIRE(guide.find<float>(cdf, row[k], u[k]) == found[k]);
+            }
+        }
+    }
 }

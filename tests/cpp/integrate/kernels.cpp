@@ -1,13 +1,16 @@
 // Kernels and batches: a path's record depends on its sample alone.
 #include "integrate/kernels.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstring>
 #include <functional>
 
 #include <doctest/doctest.h>
 
+#include "film/temporaryDirectory.h"
 #include "integrate/kernel/raySort.h"
+#include "scene/imageFiles.h"
 #include "support/chiSquared.h"
 #include "testScenes.h"
 
@@ -188,6 +191,54 @@ TEST_CASE("and so with few lights, which are met one by one, and many") {
         for (const Kernel kernel : kKernels) {
             CAPTURE(kernelName(chooseKernel(kernel)));
             CHECK(different(records(kernel, 1000, lamps), reference) == 0);
+        }
+    }
+}
+
+TEST_CASE("and so under a sky with an image, alone and among other lights") {
+    const TemporaryDirectory folder;
+    constexpr int kWidth = 40, kHeight = 20;
+    for (const bool isHalf : {false, true}) {
+        std::vector<float> texels(static_cast<std::size_t>(kWidth) * kHeight, 0.3F);
+        texels[5 * kWidth + 12] = 90.0F;
+        std::vector<float> red = texels;
+        red[3 * kWidth + 30] = 20.0F;
+        const Imf::PixelType type = isHalf ? Imf::HALF : Imf::FLOAT;
+        writeExr(folder.file(isHalf ? "half.exr" : "float.exr"), Imf::Header(kWidth, kHeight),
+                 {{"R", type, red}, {"G", type, texels}, {"B", type, texels}});
+    }
+    // With shadows and without, seen and hidden, with multipliers: `kind` says which.
+    for (int kind = 0; kind < 6; ++kind) {
+        CAPTURE(kind);
+        TestScene test;
+        if (kind == 0) {
+            test.add("/Floor", quadMesh({-9, -1, 4}, {18, 0, 0}, {0, 0, -18}),
+                     constantMaterial("/M/Floor", {0.6F, 0.5F, 0.4F}));
+            test.add("/Ball", sphereMesh(0.7F, 24, false),
+                     constantMaterial("/M/Ball", {0.7F, 0.8F, 0.4F}), translation(0.2, 0, -2));
+        } else {
+            fillScene(test, kind % 2 == 0 ? 0 : 5);
+            test.scene.removeGeometry("/Ceiling");
+        }
+        Light sky;
+        sky.path = "/Sky";
+        sky.type = LightType::kDome;
+        sky.radiance = Rgb(0.6F, 0.7F, 0.8F);
+        sky.toWorld.x = {0.0, 0.0, -1.0};
+        sky.toWorld.z = {1.0, 0.0, 0.0};
+        sky.hasTexture = true;
+        sky.texture.path = folder.file(kind % 3 == 1 ? "half.exr" : "float.exr");
+        sky.castsShadows = kind != 2;
+        sky.visibleToCamera = kind != 3;
+        sky.specular = kind == 4 ? 0.25F : 1.0F;
+        test.scene.setLight(sky);
+        const std::vector<PathRecord> reference = recordsOf(test, optionsOf(Kernel::kScalar));
+        CHECK(std::any_of(test.scene.lights().begin(), test.scene.lights().end(),
+                          [](const auto& light) { return light->image != nullptr; }));
+        for (const Kernel kernel : {Kernel::kAvx2, Kernel::kAvx512}) {
+            CAPTURE(kernelName(chooseKernel(kernel)));
+            CHECK(different(recordsOf(test, optionsOf(kernel)), reference) == 0);
+            CHECK(different(recordsOf(test, optionsOf(kernel), 7), reference) == 0);
         }
     }
 }
