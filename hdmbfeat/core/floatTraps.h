@@ -19,44 +19,19 @@ namespace mbfeat {
 
 #if MBFEAT_HAS_FLOAT_TRAPS
 
-namespace traps {
-/// What is masked where masking began, in this thread: for code that is called back.
-inline thread_local unsigned maskedOutside = _MM_MASK_MASK;
-
-inline void setMask(unsigned mask) {
-    _mm_setcsr((_mm_getcsr() & ~static_cast<unsigned>(_MM_MASK_MASK)) | mask);
-}
-} // namespace traps
-
 /// Masks all traps of the thread while it lives.
 class FloatTrapsMasked {
 public:
-    FloatTrapsMasked() : before_(_mm_getcsr() & _MM_MASK_MASK), outer_(traps::maskedOutside) {
-        traps::maskedOutside = before_;
-        traps::setMask(_MM_MASK_MASK);
-    }
-    ~FloatTrapsMasked() {
-        traps::maskedOutside = outer_;
-        traps::setMask(before_);
-    }
+    FloatTrapsMasked() : before_(_mm_getcsr() & _MM_MASK_MASK) { setMask(_MM_MASK_MASK); }
+    ~FloatTrapsMasked() { setMask(before_); }
     FloatTrapsMasked(const FloatTrapsMasked&) = delete;
     FloatTrapsMasked& operator=(const FloatTrapsMasked&) = delete;
 
 private:
-    unsigned before_, outer_;
-};
-
-/// In scalar code of ours that masked code calls back: what was on outside is on again.
-class FloatTrapsResumed {
-public:
-    FloatTrapsResumed() : before_(_mm_getcsr() & _MM_MASK_MASK) {
-        traps::setMask(traps::maskedOutside);
+    static void setMask(unsigned mask) {
+        _mm_setcsr((_mm_getcsr() & ~static_cast<unsigned>(_MM_MASK_MASK)) | mask);
     }
-    ~FloatTrapsResumed() { traps::setMask(before_); }
-    FloatTrapsResumed(const FloatTrapsResumed&) = delete;
-    FloatTrapsResumed& operator=(const FloatTrapsResumed&) = delete;
 
-private:
     unsigned before_;
 };
 
@@ -66,10 +41,6 @@ private:
 class FloatTrapsMasked {
 public:
     FloatTrapsMasked() {} // NOLINT(modernize-use-equals-default)
-};
-class FloatTrapsResumed {
-public:
-    FloatTrapsResumed() {} // NOLINT(modernize-use-equals-default)
 };
 
 #endif

@@ -32,55 +32,6 @@ bool stopRequested(const StopCheck& shouldStop) {
     return shouldStop && shouldStop();
 }
 
-void lightBoundsCallback(const RTCBoundsFunctionArguments* arguments) {
-    const FloatTrapsResumed ownCode;
-    const auto& lights = *static_cast<const LightSampler*>(arguments->geometryUserPtr);
-    const Bounds box = lights.shapeBounds(arguments->primID);
-    *arguments->bounds_o = RTCBounds{box.lower.x, box.lower.y, box.lower.z, 0.0F,
-                                     box.upper.x, box.upper.y, box.upper.z, 0.0F};
-}
-
-/// Distance to the light shape along ray i of n, or a negative number.
-float lightDistance(const void* userPointer, unsigned primId, RTCRayN* rays, unsigned n,
-                    unsigned i) {
-    const FloatTrapsResumed ownCode;
-    const auto& lights = *static_cast<const LightSampler*>(userPointer);
-    return lights.intersectShape(
-        primId, {RTCRayN_org_x(rays, n, i), RTCRayN_org_y(rays, n, i), RTCRayN_org_z(rays, n, i)},
-        {RTCRayN_dir_x(rays, n, i), RTCRayN_dir_y(rays, n, i), RTCRayN_dir_z(rays, n, i)},
-        RTCRayN_tnear(rays, n, i), RTCRayN_tfar(rays, n, i));
-}
-
-void lightIntersectCallback(const RTCIntersectFunctionNArguments* arguments) {
-    const unsigned n = arguments->N;
-    RTCRayN* const rays = RTCRayHitN_RayN(arguments->rayhit, n);
-    RTCHitN* const hits = RTCRayHitN_HitN(arguments->rayhit, n);
-    for (unsigned i = 0; i < n; ++i) {
-        if (arguments->valid[i] == 0) {
-            continue;
-        }
-        const float t = lightDistance(arguments->geometryUserPtr, arguments->primID, rays, n, i);
-        if (t > 0.0F) {
-            RTCRayN_tfar(rays, n, i) = t;
-            RTCHitN_u(hits, n, i) = 0.0F;
-            RTCHitN_v(hits, n, i) = 0.0F;
-            RTCHitN_geomID(hits, n, i) = arguments->geomID;
-            RTCHitN_primID(hits, n, i) = arguments->primID;
-            RTCHitN_instID(hits, n, i, 0) = RTC_INVALID_GEOMETRY_ID;
-        }
-    }
-}
-
-void lightOccludedCallback(const RTCOccludedFunctionNArguments* arguments) {
-    const unsigned n = arguments->N;
-    for (unsigned i = 0; i < n; ++i) {
-        if (arguments->valid[i] != 0 && lightDistance(arguments->geometryUserPtr, arguments->primID,
-                                                      arguments->ray, n, i) > 0.0F) {
-            RTCRayN_tfar(arguments->ray, n, i) = -std::numeric_limits<float>::infinity();
-        }
-    }
-}
-
 /// Object to render space, with the large translations cancelled in double.
 AffineF renderTransform(const AffineD& toWorld, const Double3& origin) {
     AffineD transform = toWorld;
@@ -387,25 +338,18 @@ bool Accel::commitTop(const LightSampler& lights, bool surfacesChanged,
         }
     }
     looseShapes_ = lights.shapeCount() <= kMostLooseShapes ? lights.shapeCount() : 0;
-    lightShapes_.reset();
+    lightShapes_ = LightShapeTree();
     if (lights.shapeCount() == looseShapes_) {
         return true;
     }
     ++builds_.lights;
-    lightShapes_ = newScene();
-    const EmbreeGeometry shapes(rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_USER));
-    rtcSetGeometryUserPrimitiveCount(shapes.get(), lights.shapeCount());
-    rtcSetGeometryUserData(shapes.get(), const_cast<LightSampler*>(&lights));
-    rtcSetGeometryBoundsFunction(shapes.get(), lightBoundsCallback, nullptr);
-    rtcSetGeometryIntersectFunction(shapes.get(), lightIntersectCallback);
-    rtcSetGeometryOccludedFunction(shapes.get(), lightOccludedCallback);
-    {
-        const FloatTrapsMasked foreignCode;
-        rtcCommitGeometry(shapes.get());
-        rtcAttachGeometry(lightShapes_.get(), shapes.get());
+    std::vector<const PreparedLight*> shapes;
+    shapes.reserve(lights.shapeCount());
+    for (std::uint32_t i = 0; i < lights.shapeCount(); ++i) {
+        shapes.push_back(&lights.prepared(lights.lightOfShape(i)));
     }
-    commitScene(lightShapes_.get(), shouldStop);
-    return !stopRequested(shouldStop);
+    lightShapes_ = LightShapeTree(shapes);
+    return true;
 }
 
 RayHit Accel::intersect(const Float3& origin, const Float3& direction, float tNear, float tFar,
@@ -426,12 +370,11 @@ RayHit Accel::intersect(const Float3& origin, const Float3& direction, float tNe
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     embreeIntersect(top_.get(), query, coherent);
-    if (lightShapes_) {
-        RTCRayHit met = query;
-        met.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-        embreeIntersect(lightShapes_.get(), met, coherent);
-        if (met.hit.geomID != RTC_INVALID_GEOMETRY_ID) {
-            return lightHit(met.hit.primID, met.ray.tfar);
+    if (!lightShapes_.empty()) {
+        const LightShapeTree::Hit met =
+            lightShapes_.intersect({origin, direction, tNear, query.ray.tfar});
+        if (met.shape >= 0) {
+            return lightHit(static_cast<std::uint32_t>(met.shape), met.t);
         }
     }
     const std::int32_t shape = meetLooseShapes<float>(origin, direction, tNear, query.ray.tfar);
@@ -487,7 +430,7 @@ bool Accel::occluded(const Float3& origin, const Float3& direction, float tNear,
     ray.flags = 0;
     return meetLooseShapes<float>(origin, direction, tNear, tFar) >= 0 ||
            embreeOccluded(top_.get(), ray) ||
-           (lightShapes_ && embreeOccluded(lightShapes_.get(), ray));
+           lightShapes_.occluded({origin, direction, tNear, tFar});
 }
 
 } // namespace mbfeat

@@ -4,8 +4,8 @@
 // Plain prims are baked to render space and traced directly; prims with instances keep one BVH of
 // their object space for all of them. Analytic lights have a structure of their own, which is asked
 // after that of the surfaces, so that an edit of a light builds no surface again. Where they are
-// few rays are tested against each of them instead, which costs less than Embree's calls out of its
-// traversal.
+// few rays are tested against each of them instead. Neither is Embree's: its calls out of its
+// traversal, shape by shape, cost more than all of this.
 //
 // Threads: commit() by one thread while nothing traces; the rest by any.
 #pragma once
@@ -23,6 +23,7 @@
 #include "scene/scene.h"
 #include "shading/lightLanes.h"
 #include "shading/lightSampler.h"
+#include "shading/lightShapeTree.h"
 #include "shading/material.h"
 
 namespace mbfeat {
@@ -135,16 +136,25 @@ public:
     void intersectPacket(const int* valid, typename EmbreePacket<N>::RayHit& rays,
                          bool coherent) const {
         embreeIntersectPacket<N>(top_.get(), valid, rays, coherent);
-        if (lightShapes_) {
-            meetLightShapes<N>(valid, rays, coherent);
+        if (!lightShapes_.empty()) {
+            meetLightShapes<N>(valid, rays);
         }
     }
     template <int N>
     void occludedPacket(const int* valid, typename EmbreePacket<N>::Ray& rays) const {
         embreeOccludedPacket<N>(top_.get(), valid, rays);
-        if (lightShapes_) {
-            // Rays that met something end before they begin, and meet no more.
-            embreeOccludedPacket<N>(lightShapes_.get(), valid, rays);
+        if (lightShapes_.empty()) {
+            return;
+        }
+        for (int i = 0; i < N; ++i) {
+            // Rays that met something end before they begin.
+            if (valid[i] != 0 && rays.tfar[i] >= 0.0F &&
+                lightShapes_.occluded({{rays.org_x[i], rays.org_y[i], rays.org_z[i]},
+                                       {rays.dir_x[i], rays.dir_y[i], rays.dir_z[i]},
+                                       rays.tnear[i],
+                                       rays.tfar[i]})) {
+                rays.tfar[i] = -std::numeric_limits<float>::infinity();
+            }
         }
     }
     /// A hit on shape number `shape` of the light sampler.
@@ -175,18 +185,21 @@ private:
 
     /// Rays meet the light shapes that are nearer than what they met.
     template <int N>
-    void meetLightShapes(const int* valid, typename EmbreePacket<N>::RayHit& rays,
-                         bool coherent) const {
-        typename EmbreePacket<N>::RayHit query = rays;
+    void meetLightShapes(const int* valid, typename EmbreePacket<N>::RayHit& rays) const {
+        auto& ray = rays.ray;
         for (int i = 0; i < N; ++i) {
-            query.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-        }
-        embreeIntersectPacket<N>(lightShapes_.get(), valid, query, coherent);
-        for (int i = 0; i < N; ++i) {
-            if (valid[i] != 0 && query.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID) {
-                rays.ray.tfar[i] = query.ray.tfar[i];
+            if (valid[i] == 0) {
+                continue;
+            }
+            const LightShapeTree::Hit met =
+                lightShapes_.intersect({{ray.org_x[i], ray.org_y[i], ray.org_z[i]},
+                                        {ray.dir_x[i], ray.dir_y[i], ray.dir_z[i]},
+                                        ray.tnear[i],
+                                        ray.tfar[i]});
+            if (met.shape >= 0) {
+                ray.tfar[i] = met.t;
                 rays.hit.geomID[i] = kLightShapesId;
-                rays.hit.primID[i] = query.hit.primID[i];
+                rays.hit.primID[i] = static_cast<unsigned>(met.shape);
                 rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
             }
         }
@@ -203,7 +216,7 @@ private:
     Diagnostics bindingMessages_; ///< of the last bindMaterials()
     EmbreeDevice device_;
     EmbreeScene top_;
-    EmbreeScene lightShapes_;          ///< null where they are loose
+    LightShapeTree lightShapes_;       ///< empty where they are loose
     std::vector<TopEntry> topEntries_; ///< by geomID of the top scene
     std::vector<std::unique_ptr<AccelGeometry>> geometries_;
     std::vector<EmissiveTriangleRef> emissive_;

@@ -4,6 +4,7 @@
 
 #include <type_traits>
 
+#include "core/laneQuads.h"
 #include "core/vec.h"
 
 namespace mbfeat {
@@ -35,8 +36,8 @@ struct ClusterLanes {
 /// `leastInverse` bounds the inverse of the squared distance from below, so that nothing
 /// underflows.
 template <class T>
-T importanceAt(const ClusterLanes<T>& cluster, const Vec3<T>& p, const Vec3<T>& n,
-               const Mask<T>& twoSided, const T& leastInverse) {
+MBFEAT_INLINE T importanceAt(const ClusterLanes<T>& cluster, const Vec3<T>& p, const Vec3<T>& n,
+                             const Mask<T>& twoSided, const T& leastInverse) {
     const T slack(kCosineSlack), least(kLeastCosine), zero(0);
     const Vec3<T> d = cluster.center - p;
     const T squared = lengthSquared(d);
@@ -77,8 +78,8 @@ T importanceAt(const ClusterLanes<T>& cluster, const Vec3<T>& p, const Vec3<T>& 
 
 /// The same for one receiver in all lanes.
 template <class T>
-T importance(const ClusterLanes<T>& cluster, const Vec3<Scalar<T>>& p, const Vec3<Scalar<T>>& n,
-             bool twoSided, Scalar<T> leastInverse) {
+MBFEAT_INLINE T importance(const ClusterLanes<T>& cluster, const Vec3<Scalar<T>>& p,
+                           const Vec3<Scalar<T>>& n, bool twoSided, Scalar<T> leastInverse) {
     return importanceAt(cluster, Vec3<T>(T(p.x), T(p.y), T(p.z)), Vec3<T>(T(n.x), T(n.y), T(n.z)),
                         Mask<T>(twoSided), T(leastInverse));
 }
