@@ -61,27 +61,44 @@ void LightChoice::weigh(const LightReceiver& receiver, Weights& out) const {
     }
 }
 
-LightChoice::Pick LightChoice::sample(const LightReceiver& receiver, float u) const {
+void LightChoice::sample(const LightReceiver* receivers, const float* u, int count,
+                         Pick* picks) const {
     if (places_.size() == 1) {
-        return {0, 1.0F};
+        std::fill(picks, picks + count, Pick{0, 1.0F});
+        return;
     }
+    // Walks down the tree go on together; the others are at their end from the beginning.
+    LightTree::Walk walks[kMostAtOnce];
+    float localShares[kMostAtOnce];
     Weights weights;
-    weigh(receiver, weights);
-    if (!weights.any) {
-        return {};
-    }
-    double v = moreBits(u, receiver.p);
-    if (weights.infiniteShare > 0.0F) {
-        const auto share = static_cast<double>(weights.infiniteShare);
-        if (v < share) {
-            const std::uint32_t i = infinite_.choose(weights.infinite, v / share);
-            return {infiniteEntries_[i],
-                    weights.infiniteShare * infinite_.probability(weights.infinite, i)};
+    for (int i = 0; i < count; ++i) {
+        localShares[i] = 0.0F;
+        weigh(receivers[i], weights);
+        if (!weights.any) {
+            picks[i] = {};
+            continue;
         }
-        v = std::min((v - share) / (1.0 - share), 1.0 - 0x1p-53);
+        double v = moreBits(u[i], receivers[i].p);
+        if (weights.infiniteShare > 0.0F) {
+            const auto share = static_cast<double>(weights.infiniteShare);
+            if (v < share) {
+                const std::uint32_t light = infinite_.choose(weights.infinite, v / share);
+                picks[i] = {infiniteEntries_[light],
+                            weights.infiniteShare * infinite_.probability(weights.infinite, light)};
+                continue;
+            }
+            v = std::min((v - share) / (1.0 - share), 1.0 - 0x1p-53);
+        }
+        localShares[i] = 1.0F - weights.infiniteShare;
+        walks[i] = tree_.begin(weights.local, v);
     }
-    const LightTree::Pick pick = tree_.sample(receiver, weights.local, v);
-    return {localEntries_[pick.entry], (1.0F - weights.infiniteShare) * pick.probability};
+    tree_.descend(receivers, walks, count);
+    for (int i = 0; i < count; ++i) {
+        if (localShares[i] > 0.0F) {
+            const LightTree::Pick pick = LightTree::arrived(walks[i]);
+            picks[i] = {localEntries_[pick.entry], localShares[i] * pick.probability};
+        }
+    }
 }
 
 float LightChoice::probability(std::uint32_t entry, const LightReceiver& receiver) const {

@@ -25,8 +25,15 @@ public:
         std::uint32_t entry = 0;
         float probability = 0.0F; ///< 0: no light arrives at the receiver
     };
+    /// Choices for as many receivers at once as SIMD lanes have at most.
+    static constexpr int kMostAtOnce = 16;
     /// u in [0, 1). No entry that lights the receiver has probability zero.
-    Pick sample(const LightReceiver& receiver, float u) const;
+    Pick sample(const LightReceiver& receiver, float u) const {
+        Pick pick;
+        sample(&receiver, &u, 1, &pick);
+        return pick;
+    }
+    void sample(const LightReceiver* receivers, const float* u, int count, Pick* picks) const;
     /// The probability with which sample() picks the entry: the same float.
     float probability(std::uint32_t entry, const LightReceiver& receiver) const;
 

@@ -56,6 +56,14 @@ EnvironmentMap::Seen<T> lookAtEnvironment(const PreparedLight& light, const Vec3
     return {select<T>(pdf > T(0), radiance, Vec3<T>(T(0))), pdf};
 }
 
+/// A sample of an ellipsoid, inwards of which nothing is emitted.
+template <class T>
+ShapeSample<T> sampleOutside(const EllipsoidShape<T>& shape, const Vec3<T>& p, const Vec2<T>& u) {
+    ShapeSample<T> s = shape.sample(p, u);
+    s.pdf = select(dot(s.normal, s.wi) < T(0), s.pdf, T(0));
+    return s;
+}
+
 /// A sample of the light from each p; its radiance as it is without shaping and texture.
 template <class T>
 LightLanes<T> sampleOnLanes(const PreparedLight& light, const Vec3<T>& p, const Vec2<T>& u) {
@@ -89,9 +97,7 @@ LightLanes<T> sampleOnLanes(const PreparedLight& light, const Vec3<T>& p, const 
                    [&](const DiskShape<float>& s) { take(DiskShape<T>(s).sample(p, u)); },
                    [&](const CylinderShape<float>& s) { take(CylinderShape<T>(s).sample(p, u)); },
                    [&](const EllipsoidShape<float>& s) {
-                       take(EllipsoidShape<T>(s).sample(p, u));
-                       // Nothing is emitted inwards.
-                       out.pdf = select(dot(out.normal, out.wi) < T(0), out.pdf, T(0));
+                       take(sampleOutside(EllipsoidShape<T>(s), p, u));
                    },
                    [&](const DomeEmitter& dome) {
                        const EnvironmentMap::LaneSample<T> s = dome.sample<T>(u);

@@ -20,7 +20,9 @@ inline constexpr double kLeastShare = 0.1;
 /// The probability of lights at infinity beside those in the scene, by the irradiance that either
 /// can give.
 inline float infiniteShare(double near, double far) {
-    return static_cast<float>(std::clamp(far / (near + far), kLeastShare, 1.0 - kLeastShare));
+    // Not std::clamp(), which loops over lanes could not be made of.
+    const double share = far / (near + far);
+    return static_cast<float>(std::min(std::max(share, kLeastShare), 1.0 - kLeastShare));
 }
 
 /// A random number of 53 bits out of one of 24 bits, which come first. Where lights are many, 24
@@ -59,29 +61,52 @@ struct LightPair {
         const ClusterLanes<T> cluster{
             Vec3<T>(local.center), T(local.radius),     Vec3<T>(local.axis), T(local.cosSpread),
             T(local.sinSpread),    T(local.cosFalloff), T(local.strength)};
-        const LaneBuffer<T> near(importanceAt(cluster, p, n, twoSided, T(leastInverse)));
+        const T near = importanceAt(cluster, p, n, twoSided, T(leastInverse));
         const T along = fma(n.x, T(axis.x), fma(n.y, T(axis.y), n.z * T(axis.z)));
-        const LaneBuffer<T> far(select(along >= T(lowest) || twoSided, T(strength), T(0)));
-        const LaneBuffer3<T> place(p);
-        const LaneBuffer<T> number(u);
-        LaneBuffer<T> infinite, probability;
-        for (int i = 0; i < LaneTraits<T>::kWidth; ++i) {
-            const bool isNear = isWeight(near[i]), isFar = isWeight(far[i]);
-            float share = isFar ? 1.0F : 0.0F;
-            if (isNear && isFar) {
-                share = infiniteShare(static_cast<double>(near[i]) * localScale,
-                                      static_cast<double>(far[i]) * infiniteScale);
-            }
-            const bool chosen = moreBits(number[i], place.get(i)) < static_cast<double>(share);
-            infinite[i] = chosen ? 1.0F : 0.0F;
-            probability[i] = chosen ? share : isNear ? 1.0F - share : 0.0F;
-        }
-        return {infinite.lanes() != T(0), probability.lanes()};
+        const T far = select(along >= T(lowest) || twoSided, T(strength), T(0));
+        const Mask<T> isNear = isWeight(near), isFar = isWeight(far);
+        const T share = select(isFar, select(isNear, shares(near, far), T(1)), T(0));
+        const Mask<T> infinite = isBelow(u, share, p);
+        return {infinite, select(infinite, share, select(isNear, T(1) - share, T(0)))};
     }
 
 private:
-    static bool isWeight(float weight) {
-        return weight > 0.0F && weight < std::numeric_limits<float>::infinity();
+    template <class T>
+    static Mask<T> isWeight(const T& weight) {
+        return weight > T(0) && weight < T(std::numeric_limits<float>::infinity());
+    }
+
+    /// infiniteShare() of each lane. In double, as that is: compilers make SIMD of this.
+    template <class T>
+    T shares(const T& near, const T& far) const {
+        const LaneBuffer<T> nears(near), fars(far);
+        LaneBuffer<T> result;
+        for (int i = 0; i < LaneTraits<T>::kWidth; ++i) {
+            result[i] = infiniteShare(static_cast<double>(nears[i]) * localScale,
+                                      static_cast<double>(fars[i]) * infiniteScale);
+        }
+        return result.lanes();
+    }
+
+    /// Whether moreBits(u, p) is below the share. What they add is below the last bit of u, so that
+    /// they are hardly ever asked for.
+    template <class T>
+    static Mask<T> isBelow(const T& u, const T& share, const Vec3<T>& p) {
+        const Mask<T> below = u + T(0x1p-24F) <= share;
+        const std::uint32_t open = laneBits(!below && u < share);
+        if (open == 0) {
+            return below;
+        }
+        const LaneBuffer<T> number(u), limit(share);
+        const LaneBuffer3<T> place(p);
+        std::uint32_t bits = laneBits(below);
+        for (int i = 0; i < LaneTraits<T>::kWidth; ++i) {
+            const bool isOpen = ((open >> static_cast<unsigned>(i)) & 1U) != 0;
+            if (isOpen && moreBits(number[i], place.get(i)) < static_cast<double>(limit[i])) {
+                bits |= std::uint32_t{1} << i;
+            }
+        }
+        return maskOfBits<T>(bits);
     }
 };
 

@@ -196,22 +196,27 @@ bool LightSampler::isActive(std::uint32_t light) const {
     return light < impl_->lights.size() && impl_->lights[light].has_value();
 }
 
-LightPick LightSampler::pick(const LightReceiver& receiver, float uLight) const {
+void LightSampler::pick(const LightReceiver* receivers, const float* uLight, int count,
+                        LightPick* picks) const {
     if (impl_->choice.empty()) {
-        return {};
+        std::fill(picks, picks + count, LightPick());
+        return;
     }
-    const LightChoice::Pick chosen = impl_->choice.sample(receiver, uLight);
-    if (!(chosen.probability > 0.0F)) {
-        return {};
+    LightChoice::Pick chosen[LightChoice::kMostAtOnce];
+    impl_->choice.sample(receivers, uLight, count, chosen);
+    for (int i = 0; i < count; ++i) {
+        picks[i] = {};
+        if (!(chosen[i].probability > 0.0F)) {
+            continue;
+        }
+        picks[i].probability = chosen[i].probability;
+        if (chosen[i].entry < impl_->entryLight.size()) {
+            picks[i].light = impl_->entryLight[chosen[i].entry];
+        } else {
+            picks[i].triangle =
+                chosen[i].entry - static_cast<std::uint32_t>(impl_->entryLight.size());
+        }
     }
-    LightPick pick;
-    pick.probability = chosen.probability;
-    if (chosen.entry < impl_->entryLight.size()) {
-        pick.light = impl_->entryLight[chosen.entry];
-    } else {
-        pick.triangle = chosen.entry - static_cast<std::uint32_t>(impl_->entryLight.size());
-    }
-    return pick;
 }
 
 LightSample LightSampler::sample(const LightReceiver& receiver, const LightPick& pick,

@@ -67,20 +67,28 @@ void LightTree::weighInner(const LightTreeNode& node, const LightReceiver& recei
     }
 }
 
-LightTree::Pick LightTree::sample(const LightReceiver& receiver, const LightWeights& root,
-                                  double u) const {
-    int lane = root.choose(u);
-    float probability = root.probability(lane);
-    std::uint32_t child = nodes_.front().child[lane];
+LightTree::Walk LightTree::begin(const LightWeights& root, double u) const {
+    const int lane = root.choose(u);
+    return {nodes_.front().child[lane], root.probability(lane), u};
+}
+
+void LightTree::descend(const LightReceiver* receivers, Walk* walks, int count) const {
     LightWeights weights;
-    while (child < LightTreeNode::kLeaf) {
-        const LightTreeNode& node = nodes_[child];
-        weighInner(node, receiver, weights);
-        lane = weights.choose(u);
-        probability *= weights.probability(lane);
-        child = node.child[lane];
+    for (bool walking = true; walking;) {
+        walking = false;
+        for (int i = 0; i < count; ++i) {
+            Walk& walk = walks[i];
+            if (walk.place >= LightTreeNode::kLeaf) {
+                continue;
+            }
+            const LightTreeNode& node = nodes_[walk.place];
+            weighInner(node, receivers[i], weights);
+            const int lane = weights.choose(walk.u);
+            walk.probability *= weights.probability(lane);
+            walk.place = node.child[lane];
+            walking = true;
+        }
     }
-    return {child - LightTreeNode::kLeaf, probability};
 }
 
 float LightTree::probability(std::uint32_t entry, const LightReceiver& receiver,

@@ -53,8 +53,25 @@ public:
         std::uint32_t entry = 0;
         float probability = 0.0F;
     };
-    /// Chooses with u in [0, 1), given the weights of weighRoot(), of which any() must hold.
-    Pick sample(const LightReceiver& receiver, const LightWeights& root, double u) const;
+    /// A walk down the tree.
+    struct Walk {
+        std::uint32_t place = LightTreeNode::kLeaf; ///< as LightTreeNode::child
+        float probability = 0.0F;                   ///< of coming there
+        double u = 0.0;                             ///< what is left of the number
+    };
+    /// Begins a walk with u in [0, 1), given the weights of weighRoot(), of which any() must hold.
+    Walk begin(const LightWeights& root, double u) const;
+    /// Ends walks, each for its receiver: level by level, since the steps of one wait for each
+    /// other.
+    void descend(const LightReceiver* receivers, Walk* walks, int count) const;
+    static Pick arrived(const Walk& walk) {
+        return {walk.place - LightTreeNode::kLeaf, walk.probability};
+    }
+    Pick sample(const LightReceiver& receiver, const LightWeights& root, double u) const {
+        Walk walk = begin(root, u);
+        descend(&receiver, &walk, 1);
+        return arrived(walk);
+    }
     /// The probability that sample() returns, bit for bit.
     float probability(std::uint32_t entry, const LightReceiver& receiver,
                       const LightWeights& root) const;

@@ -12,6 +12,7 @@
 #include "shading/lightPair.h"
 #include "shading/materialLanes.h"
 #include "shading/shadingNormal.h"
+#include "shading/shapeLanes.h"
 
 namespace mbfeat {
 
@@ -319,16 +320,34 @@ private:
         LightPick picks[kWidth];
         LaneBuffer<T> probability(T(0));
         std::uint32_t left = 0; // lanes whose light is still to be sampled
+        LightReceiver receivers[kWidth];
+        LightPick picked[kWidth];
+        float numbers[kWidth];
+        int lanes[kWidth];
+        int count = 0;
         for (int i = 0; i < kWidth; ++i) {
             const std::uint32_t bit = std::uint32_t{1} << i;
             if ((wanted & bit) != 0) {
-                const LightReceiver receiver{p.get(i), n.get(i), (twoSided & bit) != 0};
-                picks[i] = context_.lights.pick(receiver, choice[i]);
-                probability[i] = picks[i].probability;
-                left |= picks[i].probability > 0.0F ? bit : 0U;
+                receivers[count] = {p.get(i), n.get(i), (twoSided & bit) != 0};
+                numbers[count] = choice[i];
+                lanes[count++] = i;
             }
         }
+        context_.lights.pick(receivers, numbers, count, picked);
+        for (int k = 0; k < count; ++k) {
+            const int i = lanes[k];
+            picks[i] = picked[k];
+            probability[i] = picks[i].probability;
+            left |= picks[i].probability > 0.0F ? std::uint32_t{1} << i : 0U;
+        }
         LightValues<T> values{};
+        if constexpr (kWidth > 1) {
+            const std::uint32_t spheres = severalSpheres(picks, left);
+            if (spheres != 0) {
+                values = oneSphereEach(picks, spheres, v, u, probability.lanes());
+                left &= ~spheres;
+            }
+        }
         Transposer<T, LightValues> single;
         std::uint32_t singles = 0;
         for (int i = 0; left != 0; ++i) {
@@ -372,6 +391,71 @@ private:
         const LightValues<T> local = oneLight(near, v, u, probability);
         return none(pick.infinite) ? local
                                    : blend(pick.infinite, oneLight(far, v, u, probability), local);
+    }
+
+    /// The sphere that a lane chose, where it did and it is no more than sampleOnLanes() makes of
+    /// it.
+    const EllipsoidShape<float>* plainSphere(const LightPick& pick) const {
+        if (pick.light == kNoLight) {
+            return nullptr;
+        }
+        const PreparedLight& light = context_.lights.prepared(pick.light);
+        return samplesOnLanes(light) ? std::get_if<EllipsoidShape<float>>(&light.emitter) : nullptr;
+    }
+
+    /// Those of the lanes that chose spheres, as bits, unless all chose the same one.
+    std::uint32_t severalSpheres(const LightPick* picks, std::uint32_t lanes) const {
+        std::uint32_t spheres = 0, first = kNoLight;
+        bool several = false;
+        for (int i = 0; i < kWidth; ++i) {
+            if (((lanes >> static_cast<unsigned>(i)) & 1U) != 0 &&
+                plainSphere(picks[i]) != nullptr) {
+                first = first == kNoLight ? picks[i].light : first;
+                several = several || picks[i].light != first;
+                spheres |= std::uint32_t{1} << i;
+            }
+        }
+        return several ? spheres : 0;
+    }
+
+    /// A sphere of its own for each of these lanes: all are sampled at once. What the others get is
+    /// to be replaced; where their probability is 0, so is the density.
+    LightValues<T> oneSphereEach(const LightPick* picks, std::uint32_t lanes, const Vertex& v,
+                                 const Vec2<T>& u, const T& probability) const {
+        const EllipsoidShape<float>* spheres[kWidth];
+        LaneBuffer3<T> radiance, pointError;
+        LaneBuffer<T> castsShadows, diffuse, specular;
+        int some = 0;
+        while (((lanes >> static_cast<unsigned>(some)) & 1U) == 0) {
+            ++some;
+        }
+        for (int i = 0; i < kWidth; ++i) {
+            const bool own = ((lanes >> static_cast<unsigned>(i)) & 1U) != 0;
+            const PreparedLight& light = context_.lights.prepared(picks[own ? i : some].light);
+            spheres[i] = std::get_if<EllipsoidShape<float>>(&light.emitter);
+            radiance.set(i, light.radiance);
+            pointError.set(i, light.pointError);
+            castsShadows[i] = light.castsShadows ? 1.0F : 0.0F;
+            diffuse[i] = light.diffuse;
+            specular[i] = light.specular;
+        }
+        const EllipsoidShape<T> shapes = shapeLanes<EllipsoidShape, T>(
+            [&](int i) -> const EllipsoidShape<float>& { return *spheres[i]; });
+        const ShapeSample<T> s = sampleOutside(shapes, v.point.p, u);
+        LightValues<T> values;
+        values.wi = s.wi;
+        values.distance = s.distance;
+        values.radiance = radiance.lanes();
+        values.pdf =
+            usablePdf<T>(s.pdf * probability, s.wi, values.radiance, v.frame.n, v.twoSided);
+        values.delta = T(0);
+        values.castsShadows = castsShadows.lanes();
+        values.diffuse = diffuse.lanes();
+        values.specular = specular.lanes();
+        values.point = s.point;
+        values.pointError = pointError.lanes();
+        values.normal = s.normal;
+        return values;
     }
 
     /// The same light for all lanes.

@@ -232,8 +232,8 @@ TEST_CASE("between two lights the choice of many receivers is that of each") {
     constexpr int kWidth = LaneTraits<Batch>::kWidth;
     TestRandom random(31);
     Diagnostics diagnostics;
-    int pairs = 0, infinite = 0, dark = 0;
-    for (int round = 0; round < 300; ++round) {
+    int pairs = 0, infinite = 0, dark = 0, decidedFar = 0, decidedNear = 0;
+    for (int round = 0; round < 600; ++round) {
         LightSampler sampler;
         sampler.commit({std::make_shared<Light>(randomLight(random, false)),
                         std::make_shared<Light>(randomLight(random, true))},
@@ -252,24 +252,38 @@ TEST_CASE("between two lights the choice of many receivers is that of each") {
             u[i] = random.nextFloat();
             twoSided |= (random.bits() % 4U == 0 ? 1U : 0U) << static_cast<unsigned>(i);
         }
-        const LightPairPick<Batch> found =
-            pair->pick<Batch>(p.lanes(), n.lanes(), maskOfBits<Batch>(twoSided), u.lanes());
-        const std::uint32_t far = laneBits(found.infinite);
-        const LaneBuffer<Batch> probability(found.probability);
-        for (int i = 0; i < kWidth; ++i) {
-            const auto is = [i](std::uint32_t bits) {
-                return ((bits >> static_cast<unsigned>(i)) & 1U) != 0;
-            };
-            const LightPick expected = sampler.pick({p.get(i), n.get(i), is(twoSided)}, u[i]);
-            CHECK(probability[i] == expected.probability);
-            if (expected.probability > 0.0F) {
-                CHECK((is(far) ? pair->infiniteEntry : pair->localEntry) == expected.light);
-                infinite += is(far) ? 1 : 0;
-            } else {
-                ++dark;
+        // Then with 0, which chooses what is at infinity and tells its share, and with the number
+        // of 24 bits next below that, where the bits behind it decide.
+        bool isOpen[kWidth] = {};
+        for (int pass = 0; pass < 3; ++pass) {
+            const LightPairPick<Batch> found =
+                pair->pick<Batch>(p.lanes(), n.lanes(), maskOfBits<Batch>(twoSided), u.lanes());
+            const std::uint32_t far = laneBits(found.infinite);
+            const LaneBuffer<Batch> probability(found.probability);
+            for (int i = 0; i < kWidth; ++i) {
+                const auto is = [i](std::uint32_t bits) {
+                    return ((bits >> static_cast<unsigned>(i)) & 1U) != 0;
+                };
+                const LightPick expected = sampler.pick({p.get(i), n.get(i), is(twoSided)}, u[i]);
+                CHECK(probability[i] == expected.probability);
+                if (expected.probability > 0.0F) {
+                    CHECK((is(far) ? pair->infiniteEntry : pair->localEntry) == expected.light);
+                    infinite += is(far) ? 1 : 0;
+                } else {
+                    ++dark;
+                }
+                decidedFar += isOpen[i] && is(far) ? 1 : 0;
+                decidedNear += isOpen[i] && !is(far) ? 1 : 0;
+                const float share = probability[i];
+                u[i] = pass == 0
+                           ? 0.0F
+                           : std::min(std::floor(share * 0x1p24F) * 0x1p-24F, kOneMinusEpsilon);
+                isOpen[i] = pass == 1 && is(far) && u[i] < share && share < 1.0F;
             }
         }
     }
+    CHECK(decidedFar > 10);
+    CHECK(decidedNear > 10);
     CHECK(pairs > 50);
     CHECK(infinite > 100);
     CHECK(dark > 10);
@@ -359,5 +373,54 @@ TEST_CASE("in a hall with a hundred small lights the choice has a tenth of the v
         INFO("by the tree " << tree.mean() << ", by power " << table.mean());
         CHECK(tree.mean() < 0.1 * table.mean());
         CHECK(tree.mean() < 1.0);
+    }
+}
+
+TEST_CASE("choices that are made together are those of each receiver alone") {
+    TestRandom random(33);
+    Diagnostics diagnostics;
+    std::vector<std::shared_ptr<const Light>> lights;
+    for (int i = 0; i < 120; ++i) {
+        Light light = randomLight(random, false);
+        light.toWorld.t = Double3(uniformPoint(random, 12.0F));
+        lights.push_back(std::make_shared<Light>(light));
+    }
+    for (int withSky = 0; withSky < 2; ++withSky) {
+        if (withSky == 1) {
+            Light sky;
+            sky.path = "/sky";
+            sky.type = LightType::kDome;
+            lights.push_back(std::make_shared<Light>(sky));
+        }
+        LightSampler sampler;
+        sampler.commit(lights, Double3(0.0), 1.0F, {}, diagnostics);
+        int different = 0, sky = 0;
+        for (int round = 0; round < 500; ++round) {
+            constexpr int kMost = LightChoice::kMostAtOnce;
+            const int count = 1 + round % kMost;
+            LightReceiver receivers[kMost];
+            float u[kMost];
+            LightPick together[kMost];
+            for (int i = 0; i < count; ++i) {
+                receivers[i] = {uniformPoint(random, 14.0F), uniformDirection(random),
+                                random.bits() % 4U == 0};
+                u[i] = random.nextFloat();
+            }
+            sampler.pick(receivers, u, count, together);
+            for (int i = 0; i < count; ++i) {
+                const LightPick alone = sampler.pick(receivers[i], u[i]);
+                REQUIRE(together[i].light == alone.light);
+                REQUIRE(together[i].triangle == kNoLight);
+                REQUIRE(together[i].probability == alone.probability);
+                different += alone.light != together[0].light ? 1 : 0;
+                sky += alone.light + 1 == lights.size() ? 1 : 0;
+                if (alone.probability > 0.0F) {
+                    REQUIRE(sampler.choiceProbability(alone.light, receivers[i]) ==
+                            alone.probability);
+                }
+            }
+        }
+        CHECK(different > 500);
+        CHECK((sky > 100) == (withSky == 1));
     }
 }
