@@ -30,12 +30,12 @@ FREQUENCY = 997  # samples a second; no divisor of what happens at regular times
 KINDS = (
     ("Embree", r"libembree"),
     ("rays to and from Embree", r"TraceStage|RaySorter|intersectLight|AccelerationQuery|::Accel"),
-    ("textures, primvars", r"sampleTexture|MaterialLanes|evaluateMaterial|evaluateAttribute|Image::"
+    ("textures, primvars", r"sampleTexture|TexelLanes|MaterialLanes|evaluateMaterial|evaluateAttribute|Image::"
      r"|decodeTexel|decodeValue|lookUp|materialValues"),
     ("choice of lights", r"LightChoice|LightTree|LightSampler|InfiniteLights|LightWeights"
      r"|LightPair|oneOfPair|importanceAt"),
     ("lights", r"lightSamples|sampleOnLanes|Emitter|EnvironmentMap|EndStage|Shape<|LightShaping"
-     r"|PreparedLight|PiecewiseConstant|AliasTable"),
+     r"|PreparedLight|PiecewiseConstant|AliasTable|LightShapeTree|lookAtEnvironment|shapeLanes"),
     ("surfaces, closures", r"ShadeStage|Bsdf|Microfacet|fresnel|Fresnel|surfacePoint|HitLanes"
      r"|fetchSurface|shadingNormal|ShadingNormal"),
     ("camera rays, random numbers", r"CameraStage|CameraRays|Sampler|sinCos|sobol|owen|spread"),
