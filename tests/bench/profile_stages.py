@@ -30,8 +30,8 @@ FREQUENCY = 997  # samples a second; no divisor of what happens at regular times
 KINDS = (
     ("Embree", r"libembree"),
     ("rays to and from Embree", r"TraceStage|RaySorter|intersectLight|AccelerationQuery|::Accel"),
-    ("textures, primvars", r"sampleTexture|TexelLanes|MaterialLanes|evaluateMaterial|evaluateAttribute|Image::"
-     r"|decodeTexel|decodeValue|lookUp|materialValues"),
+    ("textures, primvars", r"sampleTexture|TexelLanes|MaterialLanes|evaluateMaterial"
+     r"|evaluateAttribute|Image::|decodeTexel|decodeValue|lookUp|materialValues"),
     ("choice of lights", r"LightChoice|LightTree|LightSampler|InfiniteLights|LightWeights"
      r"|LightPair|oneOfPair|importanceAt"),
     ("lights", r"lightSamples|sampleOnLanes|Emitter|EnvironmentMap|EndStage|Shape<|LightShaping"
