@@ -87,21 +87,23 @@ private:
     bool failed_ = false;
 };
 
-/// PathEncoder::vertexBias of the layer.
-std::vector<std::vector<float>> biasByVertex(const DenseLayer& layer) {
+} // namespace
+
+void PathEncoder::findVertexBias() {
+    if (vertex.empty()) {
+        return;
+    }
     constexpr auto kBlock = static_cast<std::size_t>(DenseLayer::kBlock);
-    std::vector<std::vector<float>> found(extended::kVertices, layer.bias);
-    for (std::size_t k = 0; k < found.size(); ++k) {
+    const DenseLayer& layer = vertex.front();
+    vertexBias.assign(extended::kVertices, layer.bias);
+    for (std::size_t k = 0; k < vertexBias.size(); ++k) {
         for (std::size_t o = 0; o < layer.bias.size(); ++o) {
             const std::size_t row =
                 o / kBlock * static_cast<std::size_t>(layer.inputs) + kVertexFeatures + k;
-            found[k][o] += layer.weights[row * kBlock + o % kBlock];
+            vertexBias[k][o] += layer.weights[row * kBlock + o % kBlock];
         }
     }
-    return found;
 }
-
-} // namespace
 
 std::optional<PathEncoder> PathEncoder::read(const std::string& bytes, bool hasCounts) {
     Reader reader(bytes);
@@ -123,9 +125,7 @@ std::optional<PathEncoder> PathEncoder::read(const std::string& bytes, bool hasC
         encoder.width() > kMostOutputs || kCommonFeatures + vertices > kMostOutputs) {
         return std::nullopt;
     }
-    if (!encoder.vertex.empty()) {
-        encoder.vertexBias = biasByVertex(encoder.vertex.front());
-    }
+    encoder.findVertexBias();
     return encoder;
 }
 

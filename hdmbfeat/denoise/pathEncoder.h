@@ -66,6 +66,9 @@ struct PathEncoder {
         return hasWays ? embeddingWidth() + kPathWays * (guides + 1) : width() + 1;
     }
 
+    /// Makes vertexBias of `vertex`, as it has to be before paths are encoded.
+    void findVertexBias();
+
     /// Of the bytes in the metadata of a model, which before format 4 had no counts of guides and
     /// vertices; nothing where they make no sense.
     static std::optional<PathEncoder> read(const std::string& bytes, bool hasCounts);

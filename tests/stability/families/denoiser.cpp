@@ -245,6 +245,7 @@ PathEncoder randomEncoder(bool shared) {
     };
     if (shared) {
         encoder.vertex = {layer(28, 16), layer(16, 16)};
+        encoder.findVertexBias();
         encoder.embedding = {layer(17 + 22 + 16, 32), layer(32, 32)};
     } else {
         encoder.embedding = {layer(17 + 6 * 22, 32), layer(32, 32)};
