@@ -55,6 +55,12 @@ class Config:
     data: DataConfig = field(default_factory=DataConfig)
     optimisation: OptimisationConfig = field(default_factory=OptimisationConfig)
 
+    def with_features(self, features: str | None) -> Config:
+        """With another feature set, if one is named."""
+        if not features:
+            return self
+        return dataclasses.replace(self, model=dataclasses.replace(self.model, features=features))
+
     def to_dict(self) -> dict[str, Any]:
         """Plain values."""
         return dataclasses.asdict(self)

@@ -38,6 +38,7 @@ from training.model.splat import distances, plain_splat, splat  # noqa: E402
 
 OPSET = 18
 FORMAT = 6
+ANY_SIZE_FORMAT = 5  # the last one whose graphs took any size
 TOLERANCE = 1e-4
 PREFIX = "mbfeat:"  # of the metadata entries that hold the contract
 
@@ -202,7 +203,7 @@ def export(
     facts = contract(model.config, whole=whole)
     entries = facts.entries() | {f"{PREFIX}training": json.dumps(about or {})}
     last = ["hidden", "weight", "bias"]
-    samples, share = _examples(model.config.features)
+    samples, share = _examples(model.config)
     if whole:
         graph = _traced(_Whole(model), {"samples": samples}, ["image"])
     elif facts.kind == "hidden":
@@ -280,9 +281,9 @@ def _narrow(graph: Any) -> None:
     graph.graph.node.extend(nodes)
 
 
-def _examples(features: str) -> tuple[Tensor, Tensor]:
-    count = len(CHANNELS[features])
-    return torch.rand(3, count, 24, 32), torch.full((3, 1, 24, 32), 1 / 3)
+def _examples(config: ModelConfig) -> tuple[Tensor, Tensor]:
+    count, (height, width) = len(CHANNELS[config.features]), (3 * config.unit, 4 * config.unit)
+    return torch.rand(3, count, height, width), torch.full((3, 1, height, width), 1 / 3)
 
 
 def _traced(module: nn.Module, inputs: dict[str, Tensor], outputs: list[str]) -> Any:
@@ -359,7 +360,7 @@ def run(path: Path, samples: NDArray[np.float32], *, threads: int = 0) -> NDArra
         return np.asarray(session.run(None, {"samples": samples})[0])
     count, _, height, width = samples.shape
     share = np.full((count, 1, height, width), 1.0 / count, dtype=np.float32)
-    unit = int(entries[f"{PREFIX}unit"])
+    unit = int(entries[f"{PREFIX}unit"]) if int(entries[f"{PREFIX}format"]) > ANY_SIZE_FORMAT else 1
     border = ((0, 0), (0, 0), (0, -height % unit), (0, -width % unit))
     given = {"samples": np.pad(samples, border), "share": np.pad(share, border)}
     area = (height, width)

@@ -72,8 +72,9 @@ def _exported(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:
 
 
 def _constants(path: Path, entries: dict[str, str], samples: str | None) -> dict[str, Tensor]:
-    x = example(entries[f"{PREFIX}features"], 1, 8, 8).numpy()
-    given = {"samples": x, "share": torch.ones(1, 1, 8, 8).numpy()}
+    side = 2 * int(entries[f"{PREFIX}unit"])
+    x = example(entries[f"{PREFIX}features"], 1, side, side).numpy()
+    given = {"samples": x, "share": torch.ones(1, 1, side, side).numpy()}
     if samples is not None:
         classes = open_session(base64.b64decode(samples)).run(["classes"], given)[0]
         given = {"classes": classes}

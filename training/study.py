@@ -14,13 +14,14 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import datetime
+import hashlib
 import json
 import subprocess
 import sys
 import time
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -33,9 +34,10 @@ from mbfeat import metrics  # noqa: E402
 from mbfeat.devtools.layout import this_layout  # noqa: E402
 from mbfeat.files import write_whole  # noqa: E402
 from mbfeat.machine import cpu_name  # noqa: E402
-from training.checkpoints import CheckpointError, load_model  # noqa: E402
+from training.checkpoints import CheckpointError, Trained, load_model  # noqa: E402
 from training.config import Config  # noqa: E402
 from training.dataset.plan import PlanError  # noqa: E402
+from training.dataset.reader import Dataset  # noqa: E402
 from training.dataset.references import ReferencesError  # noqa: E402
 from training.dataset.shards import ShardError  # noqa: E402
 from training.evaluation import networks, statistics, studypage  # noqa: E402
@@ -43,7 +45,7 @@ from training.evaluation.data import PLANS, DataError, dataset  # noqa: E402
 from training.evaluation.methods import Method, measured  # noqa: E402
 from training.evaluation.statistics import Row  # noqa: E402
 from training.model.config import ConfigError  # noqa: E402
-from training.trainer import MODEL  # noqa: E402
+from training.trainer import MODEL, described  # noqa: E402
 
 STUDIES = Path(__file__).resolve().parent / "studies"
 SAMPLES = 8
@@ -96,9 +98,16 @@ class Study:
         if unknown:
             names = ", ".join(sorted(unknown))
             raise StudyError(f"{file} compares {names}, which it does not name")
-        for options in variants.values():
-            Config.read(study.config, *options.get("set", []))
+        for variant in variants:
+            study.configuration(variant)
         return study
+
+    def configuration(self, variant: str) -> Config:
+        """Of a variant's runs; raises ConfigError."""
+        options = self.variants[variant]
+        return Config.read(self.config, *options.get("set", [])).with_features(
+            options.get("features")
+        )
 
     def command(self, variant: str, seed: int) -> list[str]:
         """The options of training.train, apart from the folder and the data."""
@@ -173,9 +182,11 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
         )
 
     _all(train, runs, options.workers)
+    trained = {run: load_model(folders[run] / MODEL) for run in runs}
+    for run in runs:
+        _check(study, run, folders[run], trained[run], options.data)
     test = options.test_data or this_layout().made / "training-data"
     rows = {run: _metrics(folders[run], test) for run in runs}
-    trained = {run: load_model(folders[run] / MODEL) for run in runs}
     return _result(study, options.study, rows, trained)
 
 
@@ -184,11 +195,11 @@ def _all(train: Callable[[tuple[str, int]], None], runs: Sequence[Any], workers:
     with ThreadPoolExecutor(max(workers, 1)) as pool:
         futures = [pool.submit(train, run) for run in runs]
         try:
-            for future in futures:
-                future.result()
-        except BaseException:
+            done, _ = wait(futures, return_when=FIRST_EXCEPTION)
+        finally:
             pool.shutdown(wait=True, cancel_futures=True)
-            raise
+        for future in done:
+            future.result()
 
 
 def _train(study: Study, run: tuple[str, int], folder: Path, data: Sequence[Path]) -> None:
@@ -204,18 +215,48 @@ def _train(study: Study, run: tuple[str, int], folder: Path, data: Sequence[Path
         raise StudyError(f"{run[0]}, seed {run[1]} could not be trained; {log} says why")
 
 
+def _check(
+    study: Study, run: tuple[str, int], folder: Path, trained: Trained, data: Sequence[Path]
+) -> None:
+    """What was kept may be of a study that has been changed since; raises StudyError."""
+    wanted = {
+        "configuration": study.configuration(run[0]).to_dict(),
+        "seed": run[1],
+        "number of steps": study.steps,
+        "data": described([Dataset(folder) for folder in data]),
+    }
+    history = trained.history
+    kept = {
+        "configuration": trained.config.to_dict(),
+        "seed": history["seed"],
+        "number of steps": history["step"],
+        "data": history["data"],
+    }
+    for name, value in wanted.items():
+        if kept[name] != value:
+            raise StudyError(
+                f"{folder} holds a network of another {name} than the study asks for; delete it, "
+                "or name another folder"
+            )
+
+
 def _metrics(folder: Path, test: Path) -> list[Row]:
-    """Of a run's network on all windows; kept beside it."""
+    """Of a run's network on all windows; kept beside it, with what they are of."""
+    sets = [dataset(test, name) for name in PLANS]
+    network = hashlib.sha256((folder / MODEL).read_bytes()).hexdigest()
+    identity = {"network": network, "samples": SAMPLES, "windows": described(sets)}
     kept = folder / KEPT
-    if kept.exists() and kept.stat().st_mtime >= (folder / MODEL).stat().st_mtime:
-        return [Row(**row) for row in json.loads(kept.read_text(encoding="utf-8"))]
+    if kept.exists():
+        content = json.loads(kept.read_text(encoding="utf-8"))
+        if content["of"] == identity:
+            return [Row(**row) for row in content["rows"]]
     method: Method = networks.network(folder.name, folder / MODEL)
     rows: list[Row] = []
-    for name in PLANS:
-        windows = dataset(test, name)
+    for windows in sets:
         for index in range(len(windows)):
             rows.append(measured(method, windows[index], len(rows), SAMPLES)[0])
-    write_whole(kept, json.dumps([vars(row) for row in rows]) + "\n")
+    content = {"of": identity, "rows": [vars(row) for row in rows]}
+    write_whole(kept, json.dumps(content) + "\n")
     return rows
 
 

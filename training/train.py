@@ -10,7 +10,6 @@ with the same number of threads and processes. Curves: tensorboard --logdir RUN.
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import sys
 from pathlib import Path
 
@@ -78,10 +77,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _train(options: argparse.Namespace, processes: Processes) -> None:
-    config = Config.read(options.config, *options.set)
-    if options.features:
-        model = dataclasses.replace(config.model, features=options.features)
-        config = dataclasses.replace(config, model=model)
+    config = Config.read(options.config, *options.set).with_features(options.features)
     trainer = Trainer(
         options.folder,
         config,

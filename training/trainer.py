@@ -33,6 +33,13 @@ class TrainingError(Exception):
     """Training cannot go on; the message says why and what to do."""
 
 
+def described(datasets: Sequence[Dataset]) -> list[str]:
+    """What runs remember of their data."""
+    return [
+        f"{d.plan.split} seed {d.plan.seed}: {len(d)} windows of {d.plan.size}" for d in datasets
+    ]
+
+
 class Objective(nn.Module):
     """The loss as a module, so that the gradients of all of it are shared between processes."""
 
@@ -74,10 +81,7 @@ class Trainer:
             )
         self.validation = validation
         self.batches = Batches(datasets, config.data, config.model.features, seed)
-        self.data = [
-            f"{d.plan.split} seed {d.plan.seed}: {len(d)} windows of {d.plan.size}"
-            for d in datasets
-        ]
+        self.data = described(datasets)
         torch.manual_seed(seed)
         self.model = Sksn(config.model)
         self.origin = initial.origin if initial else None
@@ -170,11 +174,16 @@ class Trainer:
     ) -> None:
         """Trains up to `total_steps`; with `minutes` their number is measured first.
 
-        A resumed run keeps the number it had. `stop_after` ends this call early after that many
+        A resumed run keeps the number it had; TrainingError where it was another. `stop_after` ends this call early after that many
         steps, as a kill would, but with a checkpoint.
         """
         self.resume()
         torch.use_deterministic_algorithms(True)
+        if total_steps and self.total_steps not in (0, total_steps):
+            raise TrainingError(
+                f"{self.folder} began as a run of {self.total_steps} steps, not {total_steps}; name "
+                "another folder, or give the same number to go on with it"
+            )
         if not self.total_steps:
             self.total_steps = total_steps or self._measured(minutes)
         with self._log() as log:

@@ -70,7 +70,7 @@ private:
 class IntervalGuide {
 public:
     IntervalGuide() = default;
-    /// `intervals` + 1 rising values a row, at most 65,536 intervals; cdf is not kept.
+    /// `intervals` + 1 rising values a row, at most 32,768 intervals, and rows; cdf is not kept.
     IntervalGuide(const std::vector<float>& cdf, int intervals);
 
     /// The interval of row `row` with cdf[i] <= u < cdf[i + 1], of the cdf that the guide was made
@@ -102,7 +102,7 @@ private:
 
 /// Density on [0, 1]^2 that is constant on the cells of a grid. Probabilities are differences of
 /// the stored distribution function, so they are exactly those that sample() realises. At most
-/// 65,536 cells a side; all lane types give the same bits.
+/// 32,768 cells a side (places in it are 32-bit numbers); all lane types give the same bits.
 class PiecewiseConstant2D {
 public:
     PiecewiseConstant2D() = default;

@@ -47,14 +47,17 @@ std::size_t mostSamples(const PathSamples& paths) {
 class TileOutputs {
 public:
     /// `grid` columns and rows were given, of which the first `columns` and `rows` are the tile.
-    TileOutputs(OnnxSession::Outputs outputs, std::int64_t gridColumns, std::int64_t gridRows,
-                std::int64_t columns, std::int64_t rows)
+    /// `weights` are the numbers of outputs that are no images.
+    TileOutputs(OnnxSession::Outputs outputs, const std::vector<std::size_t>& weights,
+                std::int64_t gridColumns, std::int64_t gridRows, std::int64_t columns,
+                std::int64_t rows)
         : outputs_(std::move(outputs)) {
         for (std::size_t i = 0; i < outputs_.size(); ++i) {
             views_.push_back(outputs_[i]);
             TensorView& view = views_.back();
             const std::size_t axes = view.shape.size();
-            const bool isImage = axes >= 2 && view.shape[axes - 1] == gridColumns &&
+            const bool isImage = std::find(weights.begin(), weights.end(), i) == weights.end() &&
+                                 axes >= 2 && view.shape[axes - 1] == gridColumns &&
                                  view.shape[axes - 2] == gridRows;
             if (!isImage || (gridColumns == columns && gridRows == rows)) {
                 continue;
@@ -129,6 +132,11 @@ protected:
         return std::move(result_);
     }
 
+    // Among the outputs, see DenoiseModel::checkGraphs().
+    static constexpr std::size_t kWeight = 1, kBias = 2;
+    /// Of what the passes after the splat have for each pixel; their table follows.
+    std::size_t centre() const { return contract_.guides > 0 ? 5 : 4; }
+
     /// Columns, or rows, that the network is given for so many.
     std::int64_t gridSize(std::int64_t size) const {
         const std::int64_t unit = contract_.wholeUnits ? contract_.unit : 1;
@@ -145,8 +153,8 @@ protected:
             return std::nullopt;
         }
         const std::int64_t columns = width(tile.region), rows = height(tile.region);
-        TileOutputs found(std::move(outputs.value()), gridSize(columns), gridSize(rows), columns,
-                          rows);
+        TileOutputs found(std::move(outputs.value()), {kWeight, kBias, centre() + 1},
+                          gridSize(columns), gridSize(rows), columns, rows);
         result_.inferenceSeconds += secondsSince(begin);
         return found;
     }
@@ -233,9 +241,8 @@ protected:
             splat(input, core, image.data(), pool_, options_.stop, widestSplatLanes());
         } else {
             input.separate = true;
-            const std::size_t centre = contract_.guides > 0 ? 5 : 4; // among the outputs
             const std::vector<float> units =
-                filteredUnits(input, core, network[centre].data, network[centre + 1].data);
+                filteredUnits(input, core, network[centre()].data, network[centre() + 1].data);
             joinUnits(input, core, units.data(), image.data());
         }
         place(image, tile, core);
@@ -287,8 +294,8 @@ protected:
         }
         input.hidden = hidden.data;
         input.light = light.data();
-        input.weight = network[1].data;
-        input.bias = network[2].data;
+        input.weight = network[kWeight].data;
+        input.bias = network[kBias].data;
         input.alike = contract_.affinity > 0 ? network[3].data : nullptr;
         input.guides = contract_.guides;
         input.scales = contract_.guides > 0 ? network[4].data : nullptr;

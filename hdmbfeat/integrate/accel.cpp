@@ -348,8 +348,8 @@ bool Accel::commitTop(const LightSampler& lights, bool surfacesChanged,
     for (std::uint32_t i = 0; i < lights.shapeCount(); ++i) {
         shapes.push_back(&lights.prepared(lights.lightOfShape(i)));
     }
-    lightShapes_ = LightShapeTree(shapes);
-    return true;
+    lightShapes_ = LightShapeTree(shapes, shouldStop);
+    return !stopRequested(shouldStop);
 }
 
 RayHit Accel::intersect(const Float3& origin, const Float3& direction, float tNear, float tFar,

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "core/overloaded.h"
+#include "shading/lightSampler.h"
 #include "shading/preparedLight.h"
 
 namespace mbfeat {
@@ -62,6 +63,20 @@ ShapeSample<T> sampleOutside(const EllipsoidShape<T>& shape, const Vec3<T>& p, c
     ShapeSample<T> s = shape.sample(p, u);
     s.pdf = select(dot(s.normal, s.wi) < T(0), s.pdf, T(0));
     return s;
+}
+
+/// What each lane's unit direction meets of all environments, of those that the camera sees where
+/// it is its ray.
+template <class T>
+Vec3<T> radianceOfEnvironments(const LightSampler& lights, const Vec3<T>& wi, bool cameraRay) {
+    Vec3<T> sum(T(0));
+    for (std::uint32_t e = 0; e < lights.environmentCount(); ++e) {
+        const std::uint32_t light = lights.lightOfEnvironment(e);
+        if (!cameraRay || lights.visibleToCamera(light)) {
+            sum += lookAtEnvironment<T>(lights.prepared(light), wi).value;
+        }
+    }
+    return sum;
 }
 
 /// A sample of the light from each p; its radiance as it is without shaping and texture.

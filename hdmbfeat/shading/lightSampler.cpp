@@ -329,13 +329,7 @@ float LightSampler::environmentPdf(std::uint32_t environment, const LightReceive
 }
 
 Rgb LightSampler::environmentRadiance(const Float3& wi, bool cameraRay) const {
-    Rgb sum(0.0F);
-    for (std::uint32_t e = 0; e < impl_->environments.size(); ++e) {
-        if (!cameraRay || impl_->lights[impl_->environments[e]]->visibleToCamera) {
-            sum += environmentRadiance(e, wi);
-        }
-    }
-    return sum;
+    return radianceOfEnvironments<float>(*this, wi, cameraRay);
 }
 
 bool LightSampler::visibleToCamera(std::uint32_t light) const {

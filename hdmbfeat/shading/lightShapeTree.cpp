@@ -66,9 +66,11 @@ private:
 
 class LightShapeTree::Builder {
 public:
-    Builder(const std::vector<const PreparedLight*>& shapes, LightShapeTree& tree)
+    Builder(const std::vector<const PreparedLight*>& shapes, LightShapeTree& tree,
+            const std::function<bool()>& shouldStop)
         : shapes_(shapes),
-          tree_(tree) {}
+          tree_(tree),
+          shouldStop_(shouldStop) {}
 
     void run() {
         for (std::size_t i = 0; i < shapes_.size(); ++i) {
@@ -107,6 +109,9 @@ private:
 
     /// Node `index` of these parts, which are split further while there is room for children.
     void fill(std::size_t index, Parts parts) {
+        if (shouldStop_ && shouldStop_()) {
+            return;
+        }
         while (parts.count < parts.parts.size()) {
             Part* const end = parts.parts.data() + parts.count;
             Part* const largest =
@@ -203,18 +208,16 @@ private:
 
     const std::vector<const PreparedLight*>& shapes_;
     LightShapeTree& tree_;
+    const std::function<bool()>& shouldStop_;
     std::vector<std::int32_t> order_;
 };
 
-LightShapeTree::LightShapeTree(const std::vector<const PreparedLight*>& shapes) {
+LightShapeTree::LightShapeTree(const std::vector<const PreparedLight*>& shapes,
+                               const std::function<bool()>& shouldStop) {
     if (!shapes.empty()) {
         const FloatTrapsMasked lanes;
-        Builder(shapes, *this).run();
+        Builder(shapes, *this, shouldStop).run();
     }
-}
-
-std::size_t LightShapeTree::bytes() const {
-    return nodes_.size() * sizeof(Node) + leaves_.size() * sizeof(Leaf);
 }
 
 class LightShapeTree::Query {

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <variant>
 #include <vector>
 
@@ -23,8 +24,10 @@ struct PreparedLight;
 class LightShapeTree {
 public:
     LightShapeTree() = default;
-    /// Of lights that are shapes; copied. Shapes are named by their index in the list.
-    explicit LightShapeTree(const std::vector<const PreparedLight*>& shapes);
+    /// Of lights that are shapes; copied. Shapes are named by their index in the list. Where
+    /// `shouldStop`, which may be empty, becomes true the tree is not whole.
+    explicit LightShapeTree(const std::vector<const PreparedLight*>& shapes,
+                            const std::function<bool()>& shouldStop = {});
 
     bool empty() const { return nodes_.empty(); }
 
@@ -40,8 +43,6 @@ public:
     Hit intersect(const Ray& ray) const;
     /// Whether there is any.
     bool occluded(const Ray& ray) const;
-
-    std::size_t bytes() const;
 
 private:
     /// Eight where the machine has them, else four.

@@ -95,6 +95,17 @@ def test_tiles_and_threads_change_nothing(name: str, tmp_path: Path) -> None:
     assert close(tiled, whole)
 
 
+def test_images_as_large_as_a_table_are_images(tmp_path: Path) -> None:
+    """The table of two passes is 2 x 26 numbers, as an image of 25 x 1 pixels and its margin."""
+    model, opened = exported("atrous", tmp_path)
+    paths, turn = random_paths(1, 25, 3).swapaxes(0, 1).copy(), rotation()
+    for given in (paths, paths.swapaxes(0, 1).copy()):
+        with torch.inference_mode():
+            expected = model(torch_input(given, turn, model.config.features)[None])[0].numpy()
+        found, _ = _core.denoise_paths(opened, given, FIELDS, turn)
+        assert close(found[0], expected)
+
+
 @pytest.mark.parametrize("parts", [1, 2, 3])
 def test_tiles_are_as_large_as_the_memory_allows(parts: int, tmp_path: Path) -> None:
     """And as many as that takes, of about one size: a thin last one would be mostly margin."""

@@ -52,6 +52,9 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "shrunk paths": SMALL | {"features": "paths", "shrink": 2},
     "shrunk": EXTENDED
     | {"layers": True, "vertices": 1, "classes": 1, "guides": True, "atrous": (2,), "shrink": 2},
+    "deep": EXTENDED
+    | {"layers": True, "unet": (8, 8, 8, 8), "shrink": 2, "atrous": (1,)}
+    | {"affinity": 2},
     "pyramid": EXTENDED | {"pyramid": 3},
     "all": EXTENDED | {"vertex_encoder": 8, "layers": True, "pyramid": 3},
 }

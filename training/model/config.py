@@ -122,7 +122,7 @@ class ModelConfig:
             )
         if self.shrink not in (1, 2) or (self.shrink == 2 and self.steps > 1):
             raise ConfigError(
-                f"model.shrink is {self.shrink}; it has to be 1, or with model.steps=1 2"
+                f"model.shrink is {self.shrink}; it has to be 1, or 2 where model.steps is 1"
             )
         if self.layers and self.steps > 1:
             raise ConfigError(f"model.layers needs model.steps=1, not {self.steps}")

@@ -56,7 +56,9 @@ public:
         for (std::size_t i = 0; i < s_.misses.size(); i += LaneTraits<T>::kWidth) {
             const Group g = s_.group(s_.misses.data() + i, s_.misses.size() - i);
             if (vertex == 0) {
-                missFromCamera(g);
+                const Vec3<T> direction = s_.paths.template get<T>(kDirection, g.read).xyz();
+                s_.addContribution(-1, g.write,
+                                   radianceOfEnvironments<T>(lights_, direction, true));
             } else {
                 for (std::uint32_t e = 0; e < count; ++e) {
                     miss(g, vertex, lights_.lightOfEnvironment(e));
@@ -67,19 +69,6 @@ public:
 
 private:
     using Group = typename KernelState<T>::Group;
-
-    /// What the camera sees behind the scene.
-    void missFromCamera(const Group& g) {
-        const Vec3<T> direction = s_.paths.template get<T>(kDirection, g.read).xyz();
-        Vec3<T> sum(T(0));
-        for (std::uint32_t e = 0; e < lights_.environmentCount(); ++e) {
-            const std::uint32_t light = lights_.lightOfEnvironment(e);
-            if (lights_.visibleToCamera(light)) {
-                sum += lookAtEnvironment<T>(lights_.prepared(light), direction).value;
-            }
-        }
-        s_.addContribution(-1, g.write, sum);
-    }
 
     /// What paths meet of one environment.
     void miss(const Group& g, int vertex, std::uint32_t light) {

@@ -11,6 +11,7 @@
 #include "film/temporaryDirectory.h"
 #include "integrate/kernel/raySort.h"
 #include "scene/imageFiles.h"
+#include "support/check.h"
 #include "support/chiSquared.h"
 #include "testScenes.h"
 
@@ -239,6 +240,43 @@ TEST_CASE("and so under a sky with an image, alone and among other lights") {
             CAPTURE(kernelName(chooseKernel(kernel)));
             CHECK(different(recordsOf(test, optionsOf(kernel)), reference) == 0);
             CHECK(different(recordsOf(test, optionsOf(kernel), 7), reference) == 0);
+        }
+    }
+}
+
+TEST_CASE("the camera sees the skies that are not hidden from it, and all of them light") {
+    for (const Kernel kernel : kKernels) {
+        CAPTURE(kernelName(chooseKernel(kernel)));
+        const auto recordsUnder = [&](bool isSeen) {
+            TestScene test;
+            test.add("/Floor", quadMesh({-9, -1, 4}, {18, 0, 0}, {0, 0, -18}),
+                     constantMaterial("/M/Floor", {0.6F, 0.5F, 0.4F}));
+            for (const bool isFirst : {true, false}) {
+                Light sky;
+                sky.path = isFirst ? "/First" : "/Second";
+                sky.type = LightType::kDome;
+                sky.radiance = isFirst ? Rgb(0.25F) : Rgb(0.0F, 0.5F, 1.0F);
+                sky.visibleToCamera = isFirst || isSeen;
+                test.scene.setLight(sky);
+            }
+            return recordsOf(test, optionsOf(kernel));
+        };
+        for (const bool isSeen : {true, false}) {
+            CAPTURE(isSeen);
+            const Rgb expected = isSeen ? Rgb(0.25F, 0.75F, 1.25F) : Rgb(0.25F);
+            int above = 0, lit = 0;
+            for (const PathRecord& record : recordsUnder(isSeen)) {
+                if (record.alpha == 0.0F) {
+                    ++above;
+                    CHECK(isNear(record.radiance.x, expected.x, 1e-6));
+                    CHECK(isNear(record.radiance.y, expected.y, 1e-6));
+                    CHECK(isNear(record.radiance.z, expected.z, 1e-6));
+                } else {
+                    lit += record.radiance.z > 0.3F ? 1 : 0; // more than the first alone can do
+                }
+            }
+            CHECK(above > 0);
+            CHECK(lit > 0);
         }
     }
 }
