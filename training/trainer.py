@@ -174,15 +174,15 @@ class Trainer:
     ) -> None:
         """Trains up to `total_steps`; with `minutes` their number is measured first.
 
-        A resumed run keeps the number it had; TrainingError where it was another. `stop_after` ends this call early after that many
-        steps, as a kill would, but with a checkpoint.
+        A resumed run keeps the number it had; TrainingError where it was another. `stop_after` ends
+        this call early after that many steps, as a kill would, but with a checkpoint.
         """
         self.resume()
         torch.use_deterministic_algorithms(True)
         if total_steps and self.total_steps not in (0, total_steps):
             raise TrainingError(
-                f"{self.folder} began as a run of {self.total_steps} steps, not {total_steps}; name "
-                "another folder, or give the same number to go on with it"
+                f"{self.folder} began as a run of {self.total_steps} steps, not {total_steps}; "
+                "name another folder, or give the same number to go on with it"
             )
         if not self.total_steps:
             self.total_steps = total_steps or self._measured(minutes)
