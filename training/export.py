@@ -284,7 +284,8 @@ def _narrow(graph: Any) -> None:
 def _examples(config: ModelConfig) -> tuple[Tensor, Tensor]:
     count, unit = len(CHANNELS[config.features]), config.unit
     # Larger than what passes reach: of a smaller image tracing would keep no taps from outside it.
-    height, width = (-(-size // unit) * unit for size in (24, 32))
+    least = 2 * max(config.atrous, default=0) + 1
+    height, width = (-(-max(size, least) // unit) * unit for size in (24, 32))
     return torch.rand(3, count, height, width), torch.full((3, 1, height, width), 1 / 3)
 
 

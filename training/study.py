@@ -171,6 +171,10 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     begin = time.monotonic()
     finished: list[str] = []
 
+    for run in runs:  # before hours are spent on the others
+        if (folders[run] / MODEL).exists():
+            _check(study, run, folders[run], load_model(folders[run] / MODEL), options.data)
+
     def train(run: tuple[str, int]) -> None:
         if not (folders[run] / MODEL).exists():
             _train(study, run, folders[run], options.data)
@@ -183,8 +187,6 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
     _all(train, runs, options.workers)
     trained = {run: load_model(folders[run] / MODEL) for run in runs}
-    for run in runs:
-        _check(study, run, folders[run], trained[run], options.data)
     test = options.test_data or this_layout().made / "training-data"
     rows = {run: _metrics(folders[run], test) for run in runs}
     return _result(study, options.study, rows, trained)
@@ -248,7 +250,7 @@ def _metrics(folder: Path, test: Path) -> list[Row]:
     kept = folder / KEPT
     if kept.exists():
         content = json.loads(kept.read_text(encoding="utf-8"))
-        if content["of"] == identity:
+        if isinstance(content, dict) and content.get("of") == identity:
             return [Row(**row) for row in content["rows"]]
     method: Method = networks.network(folder.name, folder / MODEL)
     rows: list[Row] = []

@@ -139,7 +139,7 @@ bool Integrator::commit(const RenderOptions& options, const std::function<bool()
     }
     if (rebuilt || m.pending.lights) {
         if (!m.accel.commitTop(m.lights, rebuilt, shouldStop)) {
-            m.pending.geometry = true;
+            m.pending.geometry = rebuilt; // edits of lights alone leave the surfaces as they are
             return false;
         }
     }

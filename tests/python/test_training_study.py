@@ -71,7 +71,10 @@ def test_variants_are_trained_once_and_compared(
 
     # What is kept is not taken for what a changed study asks for.
     write_study(tmp_path, steps=4)
+    (runs / "gbuffer-2" / MODEL).rename(tmp_path / "kept.pt")
     assert study.main(command) == 1
+    assert not (runs / "gbuffer-2" / MODEL).exists()  # nothing is trained before
+    (tmp_path / "kept.pt").rename(runs / "gbuffer-2" / MODEL)
     assert "another number of steps than the study asks for" in capsys.readouterr().err
     write_study(tmp_path)
 
