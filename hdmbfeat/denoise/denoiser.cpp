@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <limits>
 #include <mutex>
 #include <optional>
@@ -84,7 +83,7 @@ public:
 private:
     OnnxSession::Outputs outputs_;
     std::vector<TensorView> views_;
-    std::deque<std::vector<float>> memory_; ///< of views that were cut, which keep their places
+    std::vector<std::vector<float>> memory_; ///< of views that were cut
 };
 
 /// What both kinds of models share: tiles, the splat, the image.

@@ -148,11 +148,7 @@ public:
         }
         for (int i = 0; i < N; ++i) {
             // Rays that met something end before they begin.
-            if (valid[i] != 0 && rays.tfar[i] >= 0.0F &&
-                lightShapes_.occluded({{rays.org_x[i], rays.org_y[i], rays.org_z[i]},
-                                       {rays.dir_x[i], rays.dir_y[i], rays.dir_z[i]},
-                                       rays.tnear[i],
-                                       rays.tfar[i]})) {
+            if (valid[i] != 0 && rays.tfar[i] >= 0.0F && lightShapes_.occluded(rayOf(rays, i))) {
                 rays.tfar[i] = -std::numeric_limits<float>::infinity();
             }
         }
@@ -183,21 +179,24 @@ private:
     /// Stands for the structure of lights among the geomIDs of the top scene.
     static constexpr unsigned kLightShapesId = RTC_INVALID_GEOMETRY_ID - 1U;
 
+    /// Ray i of a packet.
+    template <class Rays>
+    static LightShapeTree::Ray rayOf(const Rays& rays, int i) {
+        return {{rays.org_x[i], rays.org_y[i], rays.org_z[i]},
+                {rays.dir_x[i], rays.dir_y[i], rays.dir_z[i]},
+                rays.tnear[i],
+                rays.tfar[i]};
+    }
     /// Rays meet the light shapes that are nearer than what they met.
     template <int N>
     void meetLightShapes(const int* valid, typename EmbreePacket<N>::RayHit& rays) const {
-        auto& ray = rays.ray;
         for (int i = 0; i < N; ++i) {
             if (valid[i] == 0) {
                 continue;
             }
-            const LightShapeTree::Hit met =
-                lightShapes_.intersect({{ray.org_x[i], ray.org_y[i], ray.org_z[i]},
-                                        {ray.dir_x[i], ray.dir_y[i], ray.dir_z[i]},
-                                        ray.tnear[i],
-                                        ray.tfar[i]});
+            const LightShapeTree::Hit met = lightShapes_.intersect(rayOf(rays.ray, i));
             if (met.shape >= 0) {
-                ray.tfar[i] = met.t;
+                rays.ray.tfar[i] = met.t;
                 rays.hit.geomID[i] = kLightShapesId;
                 rays.hit.primID[i] = static_cast<unsigned>(met.shape);
                 rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;

@@ -13,7 +13,10 @@ SLOPE = 0.01  # of leaky ReLU, PyTorch's default
 
 def convolution(inputs: int, outputs: int, size: int, *, weight_norm: bool) -> nn.Module:
     """A convolution that keeps the image's size; Xavier weights, zero bias."""
-    layer = nn.Conv2d(inputs, outputs, size, padding=size // 2)
+    return _begun(nn.Conv2d(inputs, outputs, size, padding=size // 2), weight_norm=weight_norm)
+
+
+def _begun(layer: nn.Conv2d | nn.ConvTranspose2d, *, weight_norm: bool) -> nn.Module:
     nn.init.xavier_uniform_(layer.weight, nn.init.calculate_gain("leaky_relu", SLOPE))
     assert layer.bias is not None
     nn.init.zeros_(layer.bias)
@@ -94,12 +97,8 @@ class ShrunkUNet(nn.Module):
         super().__init__()
         cells = nn.Conv2d(inputs, widths[0], 2, stride=2)
         pixels = nn.ConvTranspose2d(widths[0], outputs, 2, stride=2)
-        for layer in (cells, pixels):
-            nn.init.xavier_uniform_(layer.weight, nn.init.calculate_gain("leaky_relu", SLOPE))
-            assert layer.bias is not None
-            nn.init.zeros_(layer.bias)
-        self.cells = normalised(cells) if weight_norm else cells
-        self.pixels = normalised(pixels) if weight_norm else pixels
+        self.cells = _begun(cells, weight_norm=weight_norm)
+        self.pixels = _begun(pixels, weight_norm=weight_norm)
         self.unet = UNet(widths[0], widths, convs, weight_norm=weight_norm)
 
     def forward(self, x: Tensor) -> Tensor:

@@ -101,19 +101,24 @@ private:
         }
         Vec3<T> carried = s_.paths.template get<T>(kThroughput, g.read).xyz();
         if (s_.template handles<Effect::kLightMultipliers>()) {
-            carried = carried * multipliers(g, light);
+            carried = carried * multipliers<T>(light, [&] {
+                          return s_.paths.template get<T>(kDiffuseShare, g.read).xyz();
+                      });
         }
         s_.addEmitted(vertex, g.write, carried * seen.value * weight);
     }
 
-    Vec3<T> multipliers(const Group& g, std::uint32_t light) const {
+    /// A light's own multipliers, for what the segment's scattering, of which share() is diffuse,
+    /// makes of it.
+    template <class L, class Share>
+    Vec3<L> multipliers(std::uint32_t light, const Share& share) const {
         const float d = lights_.diffuseMultiplier(light);
         const float s = lights_.specularMultiplier(light);
         if (d == 1.0F && s == 1.0F) {
-            return Vec3<T>(T(1));
+            return Vec3<L>(L(1));
         }
-        const Vec3<T> share = s_.paths.template get<T>(kDiffuseShare, g.read).xyz();
-        return share * T(d) + (Vec3<T>(T(1)) - share) * T(s);
+        const Vec3<L> diffuse = share();
+        return diffuse * L(d) + (Vec3<L>(L(1)) - diffuse) * L(s);
     }
 
     Rgb throughput(int slot) const { return s_.paths.get3(kThroughput, slot); }
@@ -131,18 +136,11 @@ private:
         }
         return misWeight(s_.paths.value(kBsdfPdf, slot), lightPdf);
     }
-    /// A light's own multipliers, for what the segment's scattering makes of it.
     Rgb multiplier(int vertex, int slot, std::uint32_t light) const {
-        if (!s_.template handles<Effect::kLightMultipliers>()) {
+        if (!s_.template handles<Effect::kLightMultipliers>() || vertex == 0) {
             return Rgb(1.0F);
         }
-        const float d = lights_.diffuseMultiplier(light);
-        const float s = lights_.specularMultiplier(light);
-        if (vertex == 0 || (d == 1.0F && s == 1.0F)) {
-            return Rgb(1.0F);
-        }
-        const Rgb share = s_.paths.get3(kDiffuseShare, slot);
-        return share * d + (Rgb(1.0F) - share) * s;
+        return multipliers<float>(light, [&] { return s_.paths.get3(kDiffuseShare, slot); });
     }
 
     void recordLight(int vertex, int slot, const LightHit& seen, const Float3& direction) {
