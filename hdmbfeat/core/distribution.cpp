@@ -158,16 +158,24 @@ IntervalGuide::IntervalGuide(const std::vector<float>& cdf, int intervals) : int
     }
 }
 
-PiecewiseConstant2D::PiecewiseConstant2D(int width, int height, const std::vector<float>& weights)
+PiecewiseConstant2D::PiecewiseConstant2D(int width, int height, const std::vector<float>& weights,
+                                         int layers)
     : width_(width),
-      cdf_(static_cast<std::size_t>(width + 1) * height) {
-    std::vector<double> rowSums(height);
-    for (int y = 0; y < height; ++y) {
-        rowSums[y] = fillCdf(&weights[static_cast<std::size_t>(y) * width], width,
-                             &cdf_[static_cast<std::size_t>(y) * (width + 1)]);
+      height_(height) {
+    const auto lines = static_cast<std::size_t>(height) * layers;
+    cdf_.resize((static_cast<std::size_t>(width) + 1) * lines);
+    rows_.resize((static_cast<std::size_t>(height) + 1) * layers);
+    std::vector<double> sums(lines);
+    for (std::size_t line = 0; line < lines; ++line) {
+        sums[line] = fillCdf(&weights[line * width], width, &cdf_[line * (width + std::size_t{1})]);
     }
-    rows_ = PiecewiseConstant1D(rowSums);
-    rowGuide_ = IntervalGuide(rows_.cdf_, height);
+    degenerate_ = true;
+    for (std::size_t layer = 0; layer < static_cast<std::size_t>(layers); ++layer) {
+        const double sum =
+            fillCdf(&sums[layer * height], height, &rows_[layer * (height + std::size_t{1})]);
+        degenerate_ = degenerate_ && !(sum > 0.0);
+    }
+    rowGuide_ = IntervalGuide(rows_, height);
     cellGuide_ = IntervalGuide(cdf_, width);
 }
 

@@ -59,7 +59,6 @@ public:
     bool isDegenerate() const { return degenerate_; }
 
 private:
-    friend class PiecewiseConstant2D;
     std::vector<float> cdf_;
     bool degenerate_ = false;
 };
@@ -100,14 +99,16 @@ private:
     std::vector<std::uint16_t> ends_; ///< parts_ + 1 a row
 };
 
-/// Density on [0, 1]^2 that is constant on the cells of a grid. Probabilities are differences of
-/// the stored distribution function, so they are exactly those that sample() realises. At most
-/// 32,768 cells a side (places in it are 32-bit numbers); all lane types give the same bits.
+/// Density on [0, 1]^2 that is constant on the cells of a grid, or several such densities, its
+/// layers. Probabilities are differences of the stored distribution function, so they are exactly
+/// those that sample() realises. At most 32,768 cells a side (places in it are 32-bit numbers); all
+/// lane types give the same bits.
 class PiecewiseConstant2D {
 public:
     PiecewiseConstant2D() = default;
-    /// weights[y * width + x], proportional to the probability of the cell.
-    PiecewiseConstant2D(int width, int height, const std::vector<float>& weights);
+    /// weights[(layer * height + y) * width + x], proportional to the probability of the cell in
+    /// its layer.
+    PiecewiseConstant2D(int width, int height, const std::vector<float>& weights, int layers = 1);
 
     template <class T>
     struct LaneSample {
@@ -118,12 +119,13 @@ public:
     using Sample = LaneSample<float>;
     Sample sample(Float2 u) const { return sample<float>(u); }
     template <class T>
-    LaneSample<T> sample(const Vec2<T>& u) const {
+    LaneSample<T> sample(const Vec2<T>& u, const IntLane<T>& layer = IntLane<T>(0)) const {
         LaneSample<T> s;
-        s.y = rowGuide_.find<T>(rows_.cdf_, IntLane<T>(0), u.y);
-        s.x = cellGuide_.find<T>(cdf_, s.y, u.x);
-        const Ends<T> row = endsOf<T>(rows_.cdf_, s.y);
-        const Ends<T> cell = endsOf<T>(cdf_, s.y * IntLane<T>(width_ + 1) + s.x);
+        s.y = rowGuide_.find<T>(rows_, layer, u.y);
+        const IntLane<T> line = layer * IntLane<T>(height_) + s.y;
+        s.x = cellGuide_.find<T>(cdf_, line, u.x);
+        const Ends<T> row = endsOf<T>(rows_, line + layer);
+        const Ends<T> cell = endsOf<T>(cdf_, line * IntLane<T>(width_ + 1) + s.x);
         s.fraction = {cell.fraction(u.x), row.fraction(u.y)};
         s.probability = cell.probability() * row.probability();
         return s;
@@ -131,13 +133,16 @@ public:
     /// Probability of a cell. Density per unit area of the square is this times width * height.
     float probability(int x, int y) const { return probability<float>(x, y); }
     template <class T>
-    T probability(const IntLane<T>& x, const IntLane<T>& y) const {
-        return endsOf<T>(cdf_, y * IntLane<T>(width_ + 1) + x).probability() *
-               endsOf<T>(rows_.cdf_, y).probability();
+    T probability(const IntLane<T>& x, const IntLane<T>& y,
+                  const IntLane<T>& layer = IntLane<T>(0)) const {
+        const IntLane<T> line = layer * IntLane<T>(height_) + y;
+        return endsOf<T>(cdf_, line * IntLane<T>(width_ + 1) + x).probability() *
+               endsOf<T>(rows_, line + layer).probability();
     }
     int width() const { return width_; }
-    int height() const { return rows_.size(); }
-    bool isDegenerate() const { return rows_.isDegenerate(); }
+    int height() const { return height_; }
+    /// All weights of all layers were zero.
+    bool isDegenerate() const { return degenerate_; }
 
 private:
     /// The distribution function at both ends of an interval.
@@ -157,10 +162,11 @@ private:
         return {gatherLanes<T>(cdf.data(), place), gatherLanes<T>(cdf.data() + 1, place)};
     }
 
-    int width_ = 0;
-    PiecewiseConstant1D rows_;
-    std::vector<float> cdf_; ///< width_ + 1 values a row
+    int width_ = 0, height_ = 0;
+    std::vector<float> rows_; ///< height_ + 1 values a layer
+    std::vector<float> cdf_;  ///< width_ + 1 values a row
     IntervalGuide rowGuide_, cellGuide_;
+    bool degenerate_ = false;
 };
 
 } // namespace mbfeat

@@ -108,7 +108,7 @@ struct RenderOptions {
     int threads = 0; ///< 0: one a core
     PixelFilter pixelFilter = PixelFilter::kBlackmanHarris;
     float pixelFilterWidth = 3.0F; ///< full width, pixels
-    int russianRouletteStart = 3;  ///< wide scatterings after which a path may be ended
+    int russianRouletteStart = 2;  ///< wide scatterings after which a path may be ended
     float clampDirect = 0.0F;      ///< largest sample value, 0: no clamp (biased when on)
     float clampIndirect = 0.0F;
     bool robust = true; ///< Embree's watertight traversal

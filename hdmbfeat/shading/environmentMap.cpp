@@ -10,6 +10,10 @@ namespace {
 /// Larger images are sampled by blocks of texels; the look-up keeps their resolution.
 constexpr int kMaxGridWidth = 2048;
 constexpr int kMaxGridHeight = 1024;
+/// Parts of the grid that are chosen by a surface's normal: so small that the cosine is much the
+/// same all over one, and so few that their choice for all normals lies in a cache.
+constexpr int kMostColumns = 16;
+constexpr int kMostRows = 8;
 constexpr double kPiExact = 3.14159265358979323846;
 
 /// Means of the bilinearly interpolated image over its texels: along each axis the interpolant
@@ -78,11 +82,31 @@ float capHeight(int edge, int rows, bool upper) {
     return static_cast<float>(2.0 * s * s);
 }
 
+/// The same cells, one part of the grid after the other.
+std::vector<float> byParts(const std::vector<float>& grid, int width, int height, int columns,
+                           int rows) {
+    const int wide = width / columns, high = height / rows;
+    std::vector<float> ordered;
+    ordered.reserve(grid.size());
+    for (int row = 0; row < rows; ++row) {
+        for (int column = 0; column < columns; ++column) {
+            for (int y = row * high; y < (row + 1) * high; ++y) {
+                const float* const line = &grid[static_cast<std::size_t>(y) * width];
+                ordered.insert(ordered.end(), line + column * wide, line + (column + 1) * wide);
+            }
+        }
+    }
+    return ordered;
+}
+
 } // namespace
 
 EnvironmentMap::EnvironmentMap(std::shared_ptr<const Image> image) : image_(std::move(image)) {
-    const int gridW = std::min(image_->width(), kMaxGridWidth);
-    const int gridH = std::min(image_->height(), kMaxGridHeight);
+    const auto whole = [](int cells, int parts) { return cells - cells % parts; };
+    columns_ = std::min(image_->width(), kMostColumns);
+    rows_ = std::min(image_->height(), kMostRows);
+    const int gridW = whole(std::min(image_->width(), kMaxGridWidth), columns_);
+    const int gridH = whole(std::min(image_->height(), kMaxGridHeight), rows_);
     std::vector<float> weights =
         gridMeans(texelMeans(*image_), image_->width(), image_->height(), gridW, gridH);
     double total = 0.0;
@@ -104,7 +128,9 @@ EnvironmentMap::EnvironmentMap(std::shared_ptr<const Image> image) : image_(std:
         }
     }
     mean_ = total / (4.0 * kPiExact);
-    grid_ = PiecewiseConstant2D(gridW, gridH, weights);
+    sides_ = EnvironmentSides(weights, gridW, gridH, columns_, rows_);
+    grid_ = PiecewiseConstant2D(gridW / columns_, gridH / rows_,
+                                byParts(weights, gridW, gridH, columns_, rows_), columns_ * rows_);
 }
 
 } // namespace mbfeat

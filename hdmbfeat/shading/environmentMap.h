@@ -10,10 +10,12 @@
 #include <vector>
 
 #include "core/distribution.h"
+#include "core/frame.h"
 #include "core/vec.h"
 #include "core/warp.h"
 #include "scene/texture.h"
 #include "scene/textureLanes.h"
+#include "shading/environmentSides.h"
 
 namespace mbfeat {
 
@@ -53,13 +55,15 @@ Vec2<T> latLongFromDirection(const Vec3<T>& d) {
     return {T(0.5F) - longitude, T(0.5F) + T(2) * latitude};
 }
 
-/// An image around the origin. Directions are sampled with a density that is constant on the
-/// cells of a grid (the texels, or blocks of them in large images) and proportional there to the
-/// mean of the bilinearly filtered image. Templates on the lane type, which give the same bits for
-/// all but double.
+/// An image around the origin. Directions are sampled for a surface that faces some way: first one
+/// of up to 128 parts of the image by the irradiance that it gives there (EnvironmentSides), then
+/// within it with a density that is constant on the cells of a grid (the texels, or blocks of them
+/// in large images) and proportional there to the mean of the bilinearly filtered image. Templates
+/// on the lane type, which give the same bits for all but double.
 class EnvironmentMap {
 public:
-    /// Without an image: 1 in every direction, sampled uniformly.
+    /// Without an image: 1 in every direction, sampled by the cosine, and for surfaces that are lit
+    /// from both sides uniformly.
     EnvironmentMap() = default;
     explicit EnvironmentMap(std::shared_ptr<const Image> image);
 
@@ -69,18 +73,18 @@ public:
     template <class T>
     struct Seen {
         Vec3<T> value; ///< radiance, never negative
-        T pdf;         ///< of sampling the direction, per solid angle
+        T pdf;         ///< of sampling the direction for the surface, per solid angle
     };
     template <class T>
-    Seen<T> look(const Vec3<T>& d) const {
+    Seen<T> look(const Vec3<T>& d, const Facing<T>& to = {}) const {
         if (!image_) {
-            return {Vec3<T>(T(1)), uniformSpherePdf<T>()};
+            return {Vec3<T>(T(1)), evenPdf(d, to)};
         }
         const Vec2<T> st = latLongFromDirection(d);
-        return {texels(st), pdfAt(st)};
+        return {texels(st), pdfAt(st, to)};
     }
     Rgb value(const Float3& d) const { return look(d).value; }
-    float pdf(const Float3& d) const { return look(d).pdf; }
+    float pdf(const Float3& d, const Facing<float>& to = {}) const { return look(d, to).pdf; }
 
     template <class T>
     struct LaneSample {
@@ -89,28 +93,33 @@ public:
         Vec3<T> value{T(0)}; ///< radiance
     };
     using Sample = LaneSample<float>;
-    Sample sample(Float2 u) const { return sample<float>(u); }
+    Sample sample(Float2 u, const Facing<float>& to = {}) const { return sample<float>(u, to); }
     template <class T>
-    LaneSample<T> sample(const Vec2<T>& u) const {
+    LaneSample<T> sample(const Vec2<T>& u, const Facing<T>& to = {}) const {
         if (!image_) {
-            return {uniformSphere(u), uniformSpherePdf<T>(), Vec3<T>(T(1))};
+            const Vec3<T> above = Frame<T>::fromNormal(to.n).toWorld(cosineHemisphere(u));
+            const Vec3<T> d = select<T>(to.twoSided, uniformSphere(u), above);
+            return {d, evenPdf(d, to), Vec3<T>(T(1))};
         }
-        const auto cell = grid_.sample<T>(u);
+        const auto part = sides_.sample<T>(to, u);
+        const auto cell = grid_.sample<T>(part.fraction, part.y * IntLane<T>(columns_) + part.x);
+        const IntLane<T> x = part.x * IntLane<T>(grid_.width()) + cell.x;
+        const IntLane<T> y = part.y * IntLane<T>(grid_.height()) + cell.y;
         // Uniform in sin(lat) within the row, so the density is constant over the cell.
-        const IntLane<T> edges = cell.y + cell.y;
+        const IntLane<T> edges = y + y;
         const T h = lerp(cell.fraction.y, gatherLanes<T>(edges_.data(), edges),
                          gatherLanes<T>(edges_.data() + 1, edges));
         const T cosLat = safeSqrt(h * (T(2) - h));
-        const Mask<T> upper = toFloat(edges) >= T(static_cast<float>(grid_.height()));
+        const Mask<T> upper = toFloat(edges) >= T(static_cast<float>(height()));
         const T sinLat = select(upper, T(1) - h, h - T(1));
-        const T s = (toFloat(cell.x) + cell.fraction.x) / T(static_cast<float>(grid_.width()));
+        const T s = (toFloat(x) + cell.fraction.x) / T(static_cast<float>(width()));
         T sine, cosine;
         sinCosTurns(T(0.5F) - s, sine, cosine);
         // The image where the direction was chosen: looked up by the direction, which is rounded,
         // it would be that of the neighbour at the edges of cells.
         const Vec2<T> st{s, T(0.5F) + T(2) * angleInTurns(sinLat, cosLat)};
         return {{sine * cosLat, sinLat, cosine * cosLat},
-                cell.probability / gatherLanes<T>(solidAngles_.data(), cell.y),
+                part.probability * cell.probability / gatherLanes<T>(solidAngles_.data(), y),
                 texels(st)};
     }
 
@@ -139,19 +148,42 @@ private:
         }
     }
 
+    /// Of directions where there is no image.
     template <class T>
-    T pdfAt(const Vec2<T>& st) const {
+    static T evenPdf(const Vec3<T>& d, const Facing<T>& to) {
+        return select(to.twoSided, uniformSpherePdf<T>(), cosineHemispherePdf(dot(d, to.n)));
+    }
+
+    template <class T>
+    T pdfAt(const Vec2<T>& st, const Facing<T>& to) const {
         const auto cell = [](const T& coordinate, int size) {
             const IntLane<T> at = toInteger(coordinate * T(static_cast<float>(size)));
             return min(max(at, IntLane<T>(0)), IntLane<T>(size - 1));
         };
-        const IntLane<T> y = cell(st.y, grid_.height());
-        return grid_.probability<T>(cell(st.x, grid_.width()), y) /
+        const IntLane<T> x = cell(st.x, width()), y = cell(st.y, height());
+        const IntLane<T> column = quotient<T>(x, grid_.width());
+        const IntLane<T> row = quotient<T>(y, grid_.height());
+        return sides_.probability<T>(to, column, row) *
+               grid_.probability<T>(x - column * IntLane<T>(grid_.width()),
+                                    y - row * IntLane<T>(grid_.height()),
+                                    row * IntLane<T>(columns_) + column) /
                gatherLanes<T>(solidAngles_.data(), y);
     }
 
+    /// a / b, rounded down, of numbers from 0 to 2048.
+    template <class T>
+    static IntLane<T> quotient(const IntLane<T>& a, int b) {
+        return toInteger((toFloat(a) + T(0.5F)) / T(static_cast<float>(b)));
+    }
+
+    /// Of the grid as a whole.
+    int width() const { return columns_ * grid_.width(); }
+    int height() const { return rows_ * grid_.height(); }
+
     std::shared_ptr<const Image> image_;
-    PiecewiseConstant2D grid_;
+    int columns_ = 1, rows_ = 1; ///< parts
+    EnvironmentSides sides_;
+    PiecewiseConstant2D grid_;       ///< of a part, a layer each
     std::vector<float> solidAngles_; ///< of a cell, by row
     /// 1 - sin(lat) in the upper half and 1 + sin(lat) in the lower, at the lower and the upper
     /// edge of each row: unlike sin(lat) they keep their precision at the poles.

@@ -43,12 +43,13 @@ inline bool samplesOnLanes(const PreparedLight& light) {
 }
 
 /// What each lane's unit direction meets of an environment: its radiance, and the density of its
-/// sampling without the choice of light.
+/// sampling for the surface, without the choice of light.
 template <class T>
-EnvironmentMap::Seen<T> lookAtEnvironment(const PreparedLight& light, const Vec3<T>& wi) {
+EnvironmentMap::Seen<T> lookAtEnvironment(const PreparedLight& light, const Vec3<T>& wi,
+                                          const Facing<T>& to = {}) {
     const Vec3<T> radiance(light.radiance);
     if (const auto* const dome = std::get_if<DomeEmitter>(&light.emitter)) {
-        EnvironmentMap::Seen<T> seen = dome->look<T>(wi);
+        EnvironmentMap::Seen<T> seen = dome->look<T>(wi, to);
         seen.value = radiance * seen.value;
         return seen;
     }
@@ -79,9 +80,11 @@ Vec3<T> radianceOfEnvironments(const LightSampler& lights, const Vec3<T>& wi, bo
     return sum;
 }
 
-/// A sample of the light from each p; its radiance as it is without shaping and texture.
+/// A sample of the light from each p, of a surface that faces some way; its radiance as it is
+/// without shaping and texture.
 template <class T>
-LightLanes<T> sampleOnLanes(const PreparedLight& light, const Vec3<T>& p, const Vec2<T>& u) {
+LightLanes<T> sampleOnLanes(const PreparedLight& light, const Vec3<T>& p, const Facing<T>& to,
+                            const Vec2<T>& u) {
     LightLanes<T> out;
     out.radiance = Vec3<T>(light.radiance);
     const auto take = [&](const ShapeSample<T>& s) { static_cast<ShapeSample<T>&>(out) = s; };
@@ -115,7 +118,7 @@ LightLanes<T> sampleOnLanes(const PreparedLight& light, const Vec3<T>& p, const 
                        take(sampleOutside(EllipsoidShape<T>(s), p, u));
                    },
                    [&](const DomeEmitter& dome) {
-                       const EnvironmentMap::LaneSample<T> s = dome.sample<T>(u);
+                       const EnvironmentMap::LaneSample<T> s = dome.sample<T>(u, to);
                        out.wi = s.direction;
                        out.distance = T(std::numeric_limits<float>::infinity());
                        out.pdf = s.pdf;

@@ -23,15 +23,19 @@ void takePlace(LightSample& out, const ShapeSample<float>& s) {
     out.normal = s.normal;
 }
 
-/// A sample of one light from p; pdf without the choice.
-LightSample sampleLight(const PreparedLight& light, const Float3& p, Float2 u) {
+Facing<float> facingOf(const LightReceiver& receiver) {
+    return {receiver.n, receiver.twoSided};
+}
+
+/// A sample of one light for the receiver; pdf without the choice.
+LightSample sampleLight(const PreparedLight& light, const LightReceiver& receiver, Float2 u) {
     LightSample out;
     out.diffuse = light.diffuse;
     out.specular = light.specular;
     out.castsShadows = light.castsShadows;
     out.delta = light.isDelta();
     out.pointError = light.pointError;
-    const LightLanes<float> s = sampleOnLanes<float>(light, p, u);
+    const LightLanes<float> s = sampleOnLanes<float>(light, receiver.p, facingOf(receiver), u);
     takePlace(out, s);
     out.radiance = s.radiance;
     if (light.shaping.isOn() || light.texture) {
@@ -226,7 +230,7 @@ LightSample LightSampler::sample(const LightReceiver& receiver, const LightPick&
         return out;
     }
     if (pick.light != kNoLight) {
-        out = sampleLight(*impl_->lights[pick.light], receiver.p, u);
+        out = sampleLight(*impl_->lights[pick.light], receiver, u);
         out.light = pick.light;
     } else {
         const EmissiveTriangle& triangle = impl_->triangles[pick.triangle];
@@ -325,7 +329,7 @@ float LightSampler::environmentPdf(std::uint32_t environment, const LightReceive
                                    const Float3& wi) const {
     const std::uint32_t index = impl_->environments[environment];
     return choiceProbability(index, receiver) *
-           lookAtEnvironment<float>(*impl_->lights[index], wi).pdf;
+           lookAtEnvironment<float>(*impl_->lights[index], wi, facingOf(receiver)).pdf;
 }
 
 Rgb LightSampler::environmentRadiance(const Float3& wi, bool cameraRay) const {

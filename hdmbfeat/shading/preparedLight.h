@@ -44,9 +44,10 @@ struct DomeEmitter {
     AffineF toLocal, toRender; ///< linear parts, scaled to determinant +-1
 
     // A linear map M of determinant 1 takes solid angle at w to that at Mw / |Mw| times 1 / |Mw|^3.
+    /// For a surface that faces some way in render space, as the next.
     template <class T>
-    EnvironmentMap::LaneSample<T> sample(const Vec2<T>& u) const {
-        EnvironmentMap::LaneSample<T> s = map.sample<T>(u);
+    EnvironmentMap::LaneSample<T> sample(const Vec2<T>& u, const Facing<T>& to) const {
+        EnvironmentMap::LaneSample<T> s = map.sample<T>(u, local(to));
         const Vec3<T> w = toRender.as<T>().vector(s.direction);
         const T l = length(w);
         s.direction = w / l;
@@ -55,12 +56,22 @@ struct DomeEmitter {
     }
     /// Along the unit direction wi.
     template <class T>
-    EnvironmentMap::Seen<T> look(const Vec3<T>& wi) const {
+    EnvironmentMap::Seen<T> look(const Vec3<T>& wi, const Facing<T>& to) const {
         const Vec3<T> w = toLocal.as<T>().vector(wi);
         const T l = length(w);
-        EnvironmentMap::Seen<T> seen = map.look<T>(w / l);
+        EnvironmentMap::Seen<T> seen = map.look<T>(w / l, local(to));
         seen.pdf = seen.pdf / (l * l * l);
         return seen;
+    }
+
+private:
+    /// The side of a plane goes over to that of its image: normals are mapped by the transpose of
+    /// the map back.
+    template <class T>
+    Facing<T> local(const Facing<T>& to) const {
+        const AffineF& m = toRender;
+        const Vec3<T> n{dot(Vec3<T>(m.x), to.n), dot(Vec3<T>(m.y), to.n), dot(Vec3<T>(m.z), to.n)};
+        return {n / length(n), to.twoSided};
     }
 };
 

@@ -157,7 +157,7 @@ private:
         const Float3 n = LightReceiver().n;
         paths.template set<T>(kOrigin, g.write, {ray.origin, ray.tNear});
         paths.template set<T>(kDirection, g.write, {ray.direction, ray.tFar});
-        paths.template set<T>(kThroughput, g.write, {one, one, one, one}); // and kEtaScale
+        paths.template set<T>(kThroughput, g.write, {one, one, one, one}); // and kRouletteScale
         paths.template set<T>(kReceiverP, g.write, {ray.origin, zero});
         paths.template set<T>(kReceiverN, g.write, {Vec3<T>(n), zero});
         paths.template set<T>(kKeys, g.write, keys);

@@ -73,14 +73,17 @@ private:
     /// What paths meet of one environment.
     void miss(const Group& g, int vertex, std::uint32_t light) {
         const Vec3<T> direction = s_.paths.template get<T>(kDirection, g.read).xyz();
-        const EnvironmentMap::Seen<T> seen =
-            lookAtEnvironment<T>(lights_.prepared(light), direction);
+        const IntLane<T> flags = bitsOf(s_.paths.template get<T>(kKeys, g.read).w);
+        static_assert(kFlags == kKeys + 3);
+        const auto has = [&](PathFlag flag) { return toFloat(flags & IntLane<T>(flag)) != T(0); };
+        const Mask<T> delta = has(kFlagDelta);
+        const EnvironmentMap::Seen<T> seen = lookAtEnvironment<T>(
+            lights_.prepared(light), direction,
+            {s_.paths.template get<T>(kReceiverN, g.read).xyz(), has(kFlagTwoSided) || delta});
         const Mask<T> lit = isLit(seen.value) && maskOfBits<T>(g.bits);
         if (none(lit)) {
             return;
         }
-        const LaneQuad<T> keys = s_.paths.template get<T>(kKeys, g.read);
-        const Mask<T> delta = toFloat(bitsOf(keys.w) & IntLane<T>(kFlagDelta)) != T(0);
         T probability(1);
         if (lights_.choiceCount() > 1) {
             LaneBuffer<T> chosen(T(0));

@@ -33,7 +33,7 @@ template <class T>
 struct ArrivalLanes {
     Vec3<T> direction;
     Vec3<T> throughput;
-    T etaScale;
+    T rouletteScale;
     LaneQuad<T> keys; ///< of the sampler, and the flags
     T distance;       ///< from the last vertex
 };
@@ -461,7 +461,7 @@ private:
     /// The same light for all lanes.
     static LightValues<T> oneLight(const PreparedLight& light, const Vertex& v, const Vec2<T>& u,
                                    const T& probability) {
-        const LightLanes<T> s = sampleOnLanes<T>(light, v.point.p, u);
+        const LightLanes<T> s = sampleOnLanes<T>(light, v.point.p, {v.frame.n, v.twoSided}, u);
         LightValues<T> values;
         values.wi = s.wi;
         values.distance = s.distance;
@@ -510,12 +510,14 @@ private:
             recordEvent(g, vertex, sample, on);
         }
         Vec3<T> carried = arrival.throughput * sample.weight;
-        const T etaScale = arrival.etaScale * sqr(sample.eta);
-        const IntLane<T> scatterings = countScatterings(bitsOf(arrival.keys.w), sample);
+        const IntLane<T> before = bitsOf(arrival.keys.w) & IntLane<T>(kScatteringsMask);
+        const IntLane<T> scatterings = countScatterings(before, sample);
+        const T scale =
+            rouletteScale(before, scatterings, arrival.rouletteScale * sqr(sample.eta), carried);
         if (vertex >= context_.options.russianRouletteStart) {
-            const Mask<T> mayEnd = toFloat(IntLane<T>(scatterings >> kScatteringsShift)) >
+            const Mask<T> mayEnd = scatteringCount(scatterings) >
                                    T(static_cast<float>(context_.options.russianRouletteStart));
-            roulette(mayEnd, etaScale, sampler.get1D(base + kDimRoulette), carried, on);
+            roulette(mayEnd, scale, sampler.get1D(base + kDimRoulette), carried, on);
         }
         const std::uint32_t left = laneBits(on) & g.bits;
         if (left == 0) {
@@ -532,7 +534,7 @@ private:
             kOrigin, g.write,
             {offsetRayOrigin(v.point.p, v.point.pError, v.ng, wi), T(kSurfaceNear)});
         paths.template set<T>(kDirection, g.write, {wi, T(kInfinity)});
-        paths.template set<T>(kThroughput, g.write, {carried, etaScale});
+        paths.template set<T>(kThroughput, g.write, {carried, scale});
         paths.template set<T>(kReceiverP, g.write, {v.point.p, sample.pdf});
         paths.template set<T>(kReceiverN, g.write, {v.frame.n, counts});
         paths.template set<T>(kKeys, g.write,
@@ -550,19 +552,34 @@ private:
         }
     }
 
-    /// The flags' count of scatterings, with that of `sample`. Mirrors and glass hardly take a path
-    /// nearer to its end: what counts is what spreads light widely.
-    static IntLane<T> countScatterings(const IntLane<T>& flags, const BsdfSample<T>& sample) {
+    /// The number of scatterings, in its place in the flags, with `sample`. Mirrors and glass
+    /// hardly take a path nearer to its end: what counts is what spreads light widely.
+    static IntLane<T> countScatterings(const IntLane<T>& before, const BsdfSample<T>& sample) {
         const Mask<T> wide = sample.diffuse || sample.roughness > T(kWideRoughness);
-        return (flags & IntLane<T>(kScatteringsMask)) +
-               selectInt(wide, IntLane<T>(1 << kScatteringsShift), IntLane<T>(0));
+        return before + selectInt(wide, IntLane<T>(1 << kScatteringsShift), IntLane<T>(0));
     }
 
-    /// Russian roulette on the expected contribution.
-    static void roulette(const Mask<T>& mayEnd, const T& etaScale, const T& u, Vec3<T>& carried,
+    static T scatteringCount(const IntLane<T>& scatterings) {
+        return toFloat(IntLane<T>(scatterings >> kScatteringsShift));
+    }
+
+    /// What the throughput is multiplied by to know what a path may still bring, beside what its
+    /// pixel shows: from the first wide scattering on the reflectance there is left out, since all
+    /// of the pixel's light has it in common. `scale` is what it was, with the sample's refraction.
+    static T rouletteScale(const IntLane<T>& before, const IntLane<T>& after, const T& scale,
+                           const Vec3<T>& carried) {
+        constexpr float kLeast = 0.1F; // what is darker keeps no path longer
+        const Mask<T> first = scatteringCount(before) < T(1) && scatteringCount(after) == T(1);
+        return select(first, T(1) / max(maxComponent(carried), T(kLeast)), scale);
+    }
+
+    /// Russian roulette on the expected contribution, `scale` as of rouletteScale().
+    static void roulette(const Mask<T>& mayEnd, const T& scale, const T& u, Vec3<T>& carried,
                          Mask<T>& on) {
         constexpr float kMostLikely = 0.95F;
-        const T q = select(mayEnd, min(maxComponent(carried) * etaScale, T(kMostLikely)), T(1));
+        constexpr float kReluctance = 1.5F; // measured, see benchmarks.md
+        const T share = maxComponent(carried) * scale * T(kReluctance);
+        const T q = select(mayEnd, min(share, T(kMostLikely)), T(1));
         on = on && u < q;
         carried = carried * (T(1) / select(on, q, T(1)));
     }

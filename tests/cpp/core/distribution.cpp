@@ -125,6 +125,38 @@ TEST_CASE("two-dimensional distribution follows the probabilities of its cells")
         }));
 }
 
+TEST_CASE("layers of a two-dimensional distribution are distributions of their own") {
+    constexpr int kWidth = 5, kHeight = 3, kLayers = 4;
+    constexpr int kCells = kWidth * kHeight;
+    TestRandom random(14);
+    std::vector<float> weights;
+    for (int i = 0; i < kCells * kLayers; ++i) {
+        // One layer is black, and the others differ by orders of magnitude.
+        const int layer = i / kCells;
+        weights.push_back(layer == 2 ? 0.0F : random.nextFloat() * (layer == 1 ? 1e20F : 1e-20F));
+    }
+    const PiecewiseConstant2D all(kWidth, kHeight, weights, kLayers);
+    CHECK(all.width() == kWidth);
+    CHECK(all.height() == kHeight);
+    CHECK(!all.isDegenerate());
+    for (int layer = 0; layer < kLayers; ++layer) {
+        CAPTURE(layer);
+        const auto first = weights.begin() + std::ptrdiff_t{layer} * kCells;
+        const PiecewiseConstant2D one(kWidth, kHeight, std::vector<float>(first, first + kCells));
+        CHECK(one.isDegenerate() == (layer == 2));
+        for (int i = 0; i < 1000; ++i) {
+            const Float2 u = random.nextFloat2();
+            const PiecewiseConstant2D::Sample a = all.sample<float>(u, layer), b = one.sample(u);
+            REQUIRE(a.x == b.x);
+            REQUIRE(a.y == b.y);
+            REQUIRE(a.fraction.x == b.fraction.x);
+            REQUIRE(a.fraction.y == b.fraction.y);
+            REQUIRE(a.probability == b.probability);
+            REQUIRE(all.probability<float>(a.x, a.y, layer) == one.probability(a.x, a.y));
+        }
+    }
+}
+
 TEST_CASE("two-dimensional distribution of a black image is uniform") {
     const PiecewiseConstant2D distribution(4, 2, std::vector<float>(8, 0.0F));
     CHECK(distribution.isDegenerate());

@@ -83,8 +83,8 @@ TEST_CASE("environments are the same to the bit on lanes") {
         const EnvironmentMap map = texels ? EnvironmentMap(texels) : EnvironmentMap();
         TestRandom random(22);
         for (int i = 0; i < 4000; ++i) {
-            LaneBuffer<Batch> ux, uy;
-            LaneBuffer3<Batch> d;
+            LaneBuffer<Batch> ux, uy, both;
+            LaneBuffer3<Batch> d, n;
             for (int k = 0; k < kLanes; ++k) {
                 // The ends of the range of numbers and the poles among them.
                 const int kind = i % 16;
@@ -93,19 +93,26 @@ TEST_CASE("environments are the same to the bit on lanes") {
                 d.set(k, kind == 4   ? Float3(0.0F, k % 2 == 0 ? 1.0F : -1.0F, 0.0F)
                          : kind == 5 ? Float3(k % 2 == 0 ? -0.0F : 0.0F, 0.0F, -1.0F)
                                      : uniformSphere(random.nextFloat2()));
+                // Normals along the axes, too, and surfaces that are lit from both sides.
+                n.set(k, kind == 6   ? Float3(0.0F, k % 2 == 0 ? 1.0F : -1.0F, 0.0F)
+                         : kind == 7 ? Float3(k % 2 == 0 ? -0.0F : 0.0F, 0.0F, -1.0F)
+                                     : uniformSphere(random.nextFloat2()));
+                both[k] = kind % 3 == 0 ? 1.0F : 0.0F;
             }
-            const auto samples = map.sample<Batch>({ux.lanes(), uy.lanes()});
-            const auto seen = map.look<Batch>(d.lanes());
+            const Facing<Batch> to{n.lanes(), both.lanes() > Batch(0.0F)};
+            const auto samples = map.sample<Batch>({ux.lanes(), uy.lanes()}, to);
+            const auto seen = map.look<Batch>(d.lanes(), to);
             const LaneBuffer3<Batch> direction(samples.direction), value(samples.value);
             const LaneBuffer3<Batch> seenValue(seen.value);
             const LaneBuffer<Batch> pdf(samples.pdf), seenPdf(seen.pdf);
             for (int k = 0; k < kLanes; ++k) {
-                const EnvironmentMap::Sample alone = map.sample({ux[k], uy[k]});
+                const Facing<float> own{n.get(k), both[k] > 0.0F};
+                const EnvironmentMap::Sample alone = map.sample({ux[k], uy[k]}, own);
                 REQUIRE(direction.get(k) == alone.direction);
                 REQUIRE(value.get(k) == alone.value);
                 REQUIRE(pdf[k] == alone.pdf);
                 REQUIRE(seenValue.get(k) == map.value(d.get(k)));
-                REQUIRE(seenPdf[k] == map.pdf(d.get(k)));
+                REQUIRE(seenPdf[k] == map.pdf(d.get(k), own));
             }
         }
     }
@@ -163,6 +170,95 @@ TEST_CASE("the sampled pdf is the pdf of the direction") {
         different += isNear(map.pdf(s.direction), s.pdf, 1e-5) ? 0 : 1;
     }
     CHECK(different < 60);
+}
+
+namespace {
+
+/// Normals in general directions, along axes, and at the seams of the map of normals.
+std::vector<Float3> someNormals() {
+    return {normalize(Float3(0.3F, 0.8F, -0.5F)), normalize(Float3(-0.6F, -0.3F, 0.7F)),
+            Float3(0.0F, 1.0F, 0.0F), Float3(0.0F, 0.0F, -1.0F),
+            normalize(Float3(0.5F, -1e-4F, 0.5F))};
+}
+
+} // namespace
+
+TEST_CASE("environment samples for a surface follow the pdf for it") {
+    const Float3 up{0.0F, 1.0F, 0.0F};
+    const std::shared_ptr<const Image> images[] = {noise(1, 1), noise(7, 5), noise(64, 33),
+                                                   nullptr};
+    for (const std::shared_ptr<const Image>& texels : images) {
+        CAPTURE(texels ? texels->width() : 0);
+        const EnvironmentMap map = texels ? EnvironmentMap(texels) : EnvironmentMap();
+        for (const Float3& n : someNormals()) {
+            CAPTURE(n.x);
+            CAPTURE(n.y);
+            const Facing<float> to{n, false};
+            checkPassed(chiSquaredSphere(
+                [&](TestRandom& random) {
+                    return std::optional<Float3>(map.sample(random.nextFloat2(), to).direction);
+                },
+                [&](const Float3& d) { return map.pdf(d, to); }, texels ? up : n, 32, 32, 200000));
+        }
+    }
+}
+
+TEST_CASE("no light that a surface faces has density zero") {
+    // A sun that takes nearly all samples, and dim light everywhere.
+    std::vector<float> values(static_cast<std::size_t>(64) * 32, 0.01F);
+    values[20 * 64 + 40] = 5000.0F;
+    for (const std::shared_ptr<const Image>& texels :
+         {image(64, 32, 1, values), noise(3, 2), noise(17, 9), noise(100, 50)}) {
+        CAPTURE(texels->width());
+        const EnvironmentMap map(texels);
+        TestRandom random(31);
+        for (int i = 0; i < 200000; ++i) {
+            const Float3 n = uniformSphere(random.nextFloat2());
+            const Float3 d = uniformSphere(random.nextFloat2());
+            if (dot(n, d) > 0.0F) {
+                REQUIRE(map.pdf(d, {n, false}) > 0.0F);
+            }
+        }
+    }
+}
+
+TEST_CASE("light samples for a surface do not go to a sun behind it") {
+    constexpr int kWidth = 128, kHeight = 64, kSunX = 80, kSunY = 50;
+    std::vector<float> values(static_cast<std::size_t>(kWidth) * kHeight, 1.0F);
+    values[static_cast<std::size_t>(kSunY) * kWidth + kSunX] = 20000.0F;
+    const EnvironmentMap map(image(kWidth, kHeight, 1, values));
+    const float latitude = kPi * ((kSunY + 0.5F) / kHeight - 0.5F);
+    const float longitude = kPi * (1.0F - 2.0F * (kSunX + 0.5F) / kWidth);
+    const Float3 sun{std::sin(longitude) * std::cos(latitude), std::sin(latitude),
+                     std::cos(longitude) * std::cos(latitude)};
+    const Float3 aside = normalize(cross(sun, Float3(1.0F, 0.0F, 0.0F)));
+    for (const Float3& n : {-sun, sun, normalize(aside - sun * 0.4F)}) {
+        const Facing<float> to{n, false};
+        TestRandom random(33);
+        Statistics plain, aimed;
+        int towards = 0;
+        constexpr int kCount = 100000;
+        for (int i = 0; i < kCount; ++i) {
+            const Float2 u = random.nextFloat2();
+            const auto irradiance = [&](const EnvironmentMap::Sample& s) {
+                return s.value.x * std::max(dot(s.direction, n), 0.0F) / s.pdf;
+            };
+            const EnvironmentMap::Sample s = map.sample(u, to);
+            plain.add(irradiance(map.sample(u)));
+            aimed.add(irradiance(s));
+            towards += dot(s.direction, sun) > 0.99F ? 1 : 0;
+        }
+        // The sun's bilinear tent has the volume of its texel.
+        const double texel =
+            2.0 * kPi / kWidth * (kPi / kHeight) * std::cos(static_cast<double>(latitude));
+        const double truth = kPi + std::max(dot(n, sun), 0.0F) * 19999.0 * texel;
+        checkMean(aimed, truth, 0.01);
+        CHECK(aimed.standardError() < plain.standardError());
+        if (dot(n, sun) < 0.0F) {
+            CHECK(towards == 0);
+            CHECK(aimed.standardError() < 0.3 * plain.standardError());
+        }
+    }
 }
 
 TEST_CASE("a weighted sample of an environment gives its mean") {

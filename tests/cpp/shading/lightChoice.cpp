@@ -334,7 +334,8 @@ TEST_CASE("many lights together give the sum of what each gives alone") {
         const Statistics together = irradiance(all, receiver, 300000);
         const double error = std::sqrt(variance + std::pow(together.standardError(), 2.0));
         INFO("together " << together.mean() << ", alone " << truth << " +- " << error);
-        CHECK(std::abs(together.mean() - truth) < 4.5 * error); // false alarms: 7e-6
+        // False alarms: 7e-6. A dome of one colour alone has no noise but that of rounding.
+        CHECK(std::abs(together.mean() - truth) < 4.5 * error + 1e-6 * truth);
         CHECK(error < 0.01 * truth);
     }
 }

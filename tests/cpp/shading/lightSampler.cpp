@@ -352,6 +352,18 @@ TEST_CASE("dome textures turn with the light") {
             return std::optional<Float3>(bent.sample(anywhere, 0.5F, random.nextFloat2()).wi);
         },
         [&](const Float3& wi) { return bent.environmentPdf(0, {}, wi); }, {0.0F, 1.0F, 0.0F}));
+    // So do the sides of a surface's plane.
+    const LightReceiver tilted{Float3(0.0F), normalize(Float3(0.3F, 0.8F, -0.5F)), false};
+    checkPassed(chiSquaredSphere(
+        [&](TestRandom& random) -> std::optional<Float3> {
+            const LightSample s = bent.sample(tilted, 0.5F, random.nextFloat2());
+            return s.pdf > 0.0F ? std::optional<Float3>(s.wi) : std::nullopt;
+        },
+        [&](const Float3& wi) {
+            const bool lit = dot(wi, tilted.n) > 0.0F && bent.environmentRadiance(wi, false).x > 0;
+            return lit ? bent.environmentPdf(0, tilted, wi) : 0.0F;
+        },
+        tilted.n, 32, 32, 400000));
 }
 
 TEST_CASE("rect textures are upright for those they light") {

@@ -57,14 +57,15 @@ double irradiance(const EnvironmentMap& map, int width, int height) {
     return sum;
 }
 
-/// By the map's own samples.
-std::vector<double> sampled(const EnvironmentMap& map, int batches, int count) {
+/// By the map's own samples for such a surface.
+std::vector<double> sampled(const EnvironmentMap& map, int batches, int count,
+                            const Facing<float>& to = {}) {
     TestRandom random(81);
     std::vector<double> values;
     for (int b = 0; b < batches; ++b) {
         double sum = 0.0;
         for (int i = 0; i < count; ++i) {
-            const EnvironmentMap::Sample s = map.sample(random.nextFloat2());
+            const EnvironmentMap::Sample s = map.sample(random.nextFloat2(), to);
             const double cosine = std::max(static_cast<double>(s.direction.y), 0.0);
             sum += cosine * static_cast<double>(map.value(s.direction).x) /
                    static_cast<double>(s.pdf) / count;
@@ -88,6 +89,17 @@ void addSun(Catalogue& catalogue, const std::string& name, int width, int height
                                  return Text().add("first", values[0]).add("quadrature", truth);
                              });
                          }});
+    catalogue.push_back(
+        {"dome/sun-" + name + "-facing",
+         "irradiance of the dome's samples for a surface that faces up against quadrature, score",
+         kLargestZ, kReasonZ, [=](Report& report) {
+             const EnvironmentMap map(sunImage(width, height, x, y, sun, rest));
+             const double truth = irradiance(map, width, height);
+             const Facing<float> up{Float3(0.0F, 1.0F, 0.0F), false};
+             const std::vector<double> values = sampled(map, 256, 1024, up);
+             report.error(std::abs(standardScore(values, truth, 2e-5)),
+                          [&] { return Text().add("first", values[0]).add("quadrature", truth); });
+         }});
     catalogue.push_back(
         {"dome/sun-" + name + "-density",
          "density of the dome's samples told twice, relative; at its cells' edges "

@@ -1,0 +1,166 @@
+#include "shading/environmentSides.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace mbfeat {
+
+namespace {
+
+constexpr float kPiFloat = 3.14159265F;
+/// Pieces of a part along each axis, for its mean cosine and for what of it can light at all.
+constexpr int kPieces = 4;
+/// What of a piece's power counts whatever the angle, where any of it can light: closures that are
+/// not diffuse may want it more than the cosine says.
+constexpr float kLeastCosine = 0.02F;
+/// Radians that the cones which bound pieces and normals are widened by, against rounding and
+/// against what lies between the places that they are made from.
+constexpr float kSlack = 0.02F;
+
+/// Of the place (x, y), from the bottom left, of a grid of that size.
+Float3 directionAt(float x, float y, int width, int height) {
+    const float latitude = kPiFloat * (y / static_cast<float>(height) - 0.5F);
+    const float longitude = kPiFloat * (1.0F - 2.0F * x / static_cast<float>(width));
+    const float c = std::cos(latitude);
+    return {std::sin(longitude) * c, std::sin(latitude), std::cos(longitude) * c};
+}
+
+/// Of the octahedral map's place (x, z), each from -1 to 1.
+Float3 normalAt(float x, float z) {
+    const float y = 1.0F - std::abs(x) - std::abs(z);
+    if (y >= 0.0F) {
+        return normalize(Float3(x, y, z));
+    }
+    return normalize(
+        Float3(std::copysign(1.0F - std::abs(z), x), y, std::copysign(1.0F - std::abs(x), z)));
+}
+
+float angleBetween(const Float3& a, const Float3& b) {
+    return std::acos(std::clamp(dot(a, b), -1.0F, 1.0F));
+}
+
+struct Cone {
+    Float3 axis{0.0F};
+    float spread = 0.0F; ///< radians
+    void include(const Float3& d) { spread = std::max(spread, angleBetween(axis, d) + kSlack); }
+};
+
+/// A piece of a part.
+struct Piece {
+    Cone cone;
+    float power = 0.0F;
+};
+struct Part {
+    std::vector<Piece> pieces;
+    float power = 0.0F;
+};
+
+/// A grid of directions, and what comes along them.
+struct Grid {
+    const std::vector<float>& power;
+    int width, height;
+
+    /// The cells from (x0, y0) up to but not (x1, y1).
+    Piece piece(int x0, int y0, int x1, int y1) const {
+        Piece piece;
+        const auto at = [&](float x, float y) {
+            return directionAt(static_cast<float>(x0) + x * static_cast<float>(x1 - x0),
+                               static_cast<float>(y0) + y * static_cast<float>(y1 - y0), width,
+                               height);
+        };
+        piece.cone.axis = at(0.5F, 0.5F);
+        for (const float t : {0.0F, 0.5F, 1.0F}) {
+            for (const Float3& edge : {at(t, 0.0F), at(t, 1.0F), at(0.0F, t), at(1.0F, t)}) {
+                piece.cone.include(edge);
+            }
+        }
+        if (4 * (x1 - x0) > width) {
+            piece.cone.spread = kPiFloat; // its edges say little
+        }
+        double sum = 0.0;
+        for (int y = y0; y < y1; ++y) {
+            for (int x = x0; x < x1; ++x) {
+                sum += power[static_cast<std::size_t>(y) * width + x];
+            }
+        }
+        piece.power = static_cast<float>(sum);
+        return piece;
+    }
+
+    Part part(int x0, int y0, int wide, int high) const {
+        Part part;
+        const int across = std::min(wide, kPieces), up = std::min(high, kPieces);
+        for (int j = 0; j < up; ++j) {
+            for (int i = 0; i < across; ++i) {
+                part.pieces.push_back(piece(x0 + i * wide / across, y0 + j * high / up,
+                                            x0 + (i + 1) * wide / across,
+                                            y0 + (j + 1) * high / up));
+                part.power += part.pieces.back().power;
+            }
+        }
+        return part;
+    }
+};
+
+/// What the part gives to surfaces with such normals, in the mean.
+float weightOf(const Part& part, const Cone& cone, const std::vector<Float3>& normals) {
+    float sum = 0.0F;
+    for (const Piece& piece : part.pieces) {
+        if (angleBetween(cone.axis, piece.cone.axis) >
+            0.5F * kPiFloat + cone.spread + piece.cone.spread) {
+            continue; // below the horizon of all of them
+        }
+        float cosines = 0.0F;
+        for (const Float3& n : normals) {
+            cosines += std::max(dot(n, piece.cone.axis), 0.0F);
+        }
+        sum += piece.power * (kLeastCosine + cosines / static_cast<float>(normals.size()));
+    }
+    return sum;
+}
+
+} // namespace
+
+EnvironmentSides::EnvironmentSides(const std::vector<float>& power, int width, int height,
+                                   int columns, int rows) {
+    // Relative to the brightest cell: sums of huge powers must not overflow.
+    const float largest = *std::max_element(power.begin(), power.end());
+    std::vector<float> scaled(power);
+    for (float& p : scaled) {
+        p = largest > 0.0F ? p / largest : 0.0F;
+    }
+    const Grid grid{scaled, width, height};
+    const int wide = width / columns, high = height / rows;
+    std::vector<Part> parts;
+    for (int row = 0; row < rows; ++row) {
+        for (int column = 0; column < columns; ++column) {
+            parts.push_back(grid.part(column * wide, row * high, wide, high));
+        }
+    }
+    std::vector<float> weights;
+    weights.reserve(parts.size() * (kBoth + 1));
+    for (int side = 0; side < kBoth; ++side) {
+        const auto at = [&](float x, float z) {
+            const auto column = static_cast<float>(side % kSides);
+            const auto row = static_cast<float>(side / kSides);
+            return normalAt(2.0F * (column + x) / kSides - 1.0F, 2.0F * (row + z) / kSides - 1.0F);
+        };
+        Cone cone;
+        cone.axis = at(0.5F, 0.5F);
+        for (const Float3& corner :
+             {at(0.0F, 0.0F), at(1.0F, 0.0F), at(0.0F, 1.0F), at(1.0F, 1.0F)}) {
+            cone.include(corner);
+        }
+        const std::vector<Float3> normals{cone.axis, at(0.25F, 0.25F), at(0.75F, 0.25F),
+                                          at(0.25F, 0.75F), at(0.75F, 0.75F)};
+        for (const Part& part : parts) {
+            weights.push_back(weightOf(part, cone, normals));
+        }
+    }
+    for (const Part& part : parts) {
+        weights.push_back(part.power);
+    }
+    parts_ = PiecewiseConstant2D(columns, rows, weights, kBoth + 1);
+}
+
+} // namespace mbfeat
