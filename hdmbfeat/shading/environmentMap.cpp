@@ -128,6 +128,13 @@ EnvironmentMap::EnvironmentMap(std::shared_ptr<const Image> image) : image_(std:
         }
     }
     mean_ = total / (4.0 * kPiExact);
+    for (int y = 0; y < gridH && total > 0.0; ++y) {
+        const double found = static_cast<double>(solidAngles_[y]) / kPiExact;
+        for (int x = 0; x < gridW; ++x) {
+            const double share = weights[static_cast<std::size_t>(y) * gridW + x] / total;
+            concentration_ += std::max(share - found, 0.0);
+        }
+    }
     sides_ = EnvironmentSides(weights, gridW, gridH, columns_, rows_);
     grid_ = PiecewiseConstant2D(gridW / columns_, gridH / rows_,
                                 byParts(weights, gridW, gridH, columns_, rows_), columns_ * rows_);

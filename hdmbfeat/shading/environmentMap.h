@@ -125,6 +125,10 @@ public:
 
     /// Mean of (r + g + b) / 3 over the sphere.
     double mean() const { return mean_; }
+    /// What of the light comes from directions so bright that scattering by the cosine, whose
+    /// density is 1 / pi at most, would take too few samples there: the integral of what the
+    /// density of sampling by radiance has above that. 0 for a clear sky, near 1 for a sun.
+    double concentration() const { return concentration_; }
 
 private:
     template <class T>
@@ -188,7 +192,7 @@ private:
     /// 1 - sin(lat) in the upper half and 1 + sin(lat) in the lower, at the lower and the upper
     /// edge of each row: unlike sin(lat) they keep their precision at the poles.
     std::vector<float> edges_;
-    double mean_ = 1.0;
+    double mean_ = 1.0, concentration_ = 0.0;
 };
 
 } // namespace mbfeat

@@ -58,6 +58,10 @@ double shapedStrength(double unshaped, const LightBounds& bounds, const Prepared
     return unshaped * std::sqrt(std::min(light.shapedShare * whole / within, 1.0));
 }
 
+/// Measured on the benchmark's stages with an even dome and a lamp (benchmarks.md): less gains no
+/// more.
+constexpr double kLeastConcentration = 0.1;
+
 void boundInfinite(LightBounds& out, const PreparedLight& light) {
     out.atInfinity = true;
     out.strength = light.power / kPiExact;
@@ -67,9 +71,11 @@ void boundInfinite(LightBounds& out, const PreparedLight& light) {
         out.axis = cone->axis;
         out.spread = 2.0F * std::asin(std::sqrt(0.5F * std::min(cone->oneMinusCosMax, 2.0F)));
     } else {
-        // What a dome sends through a sphere reaches a surface with a quarter of the density.
+        // What a dome sends through a sphere reaches a surface with a quarter of the density. An
+        // even one is found by scattering, too, and takes samples from lights that are not.
+        const EnvironmentMap& map = std::get<DomeEmitter>(light.emitter).map;
         out.spread = kPi;
-        out.strength *= 0.25;
+        out.strength *= 0.25 * std::max(map.concentration(), kLeastConcentration);
     }
 }
 

@@ -302,8 +302,32 @@ TEST_CASE("large images are sampled by blocks without losing light") {
     checkMean(statistics, 1000.0 * texel, 0.02);
 }
 
+TEST_CASE("the concentration of an environment tells suns from skies") {
+    constexpr int kWidth = 64, kHeight = 32;
+    const auto concentration = [](float sun, float upper, float lower) {
+        std::vector<float> values;
+        for (int i = 0; i < kWidth * kHeight; ++i) {
+            values.push_back(i < kWidth * kHeight / 2 ? lower : upper);
+        }
+        values[24 * kWidth + 10] += sun;
+        return EnvironmentMap(image(kWidth, kHeight, 1, values)).concentration();
+    };
+    CHECK(concentration(0.0F, 1.0F, 1.0F) == 0.0);
+    CHECK(concentration(0.0F, 1.0F, 0.0F) < 0.02); // but for the blurred horizon
+    CHECK(concentration(1e6F, 1.0F, 1.0F) > 0.97);
+    CHECK(concentration(1e6F, 0.0F, 0.0F) > 0.97);
+    CHECK(concentration(0.0F, 0.0F, 0.0F) == 0.0);
+    // The sun's share of the light, less what scattering finds there.
+    const double texel =
+        2.0 * kPi / kWidth * (kPi / kHeight) * std::cos(kPi * (24.5 / kHeight - 0.5));
+    const double share = 1000.0 * texel / (1000.0 * texel + 4.0 * kPi);
+    CHECK(concentration(1000.0F, 1.0F, 1.0F) < share);
+    CHECK(concentration(1000.0F, 1.0F, 1.0F) > share - 9.0 * texel / kPi - 0.01);
+}
+
 TEST_CASE("an environment without image is white and uniform") {
     const EnvironmentMap map;
+    CHECK(map.concentration() == 0.0);
     CHECK(map.value({0.0F, 1.0F, 0.0F}).x == 1.0F);
     CHECK(map.mean() == 1.0);
     checkPassed(chiSquaredSphere(

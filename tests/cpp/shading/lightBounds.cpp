@@ -68,7 +68,8 @@ TEST_CASE("strengths are radiant intensities: the irradiance of a small light fr
     }
     // At infinity: the irradiance itself.
     Light dome = lightOf(LightType::kDome);
-    CHECK(isNear(boundsOfLight(dome).strength, 3.0 * kPi, 1e-5));
+    // An even dome counts for a tenth, since scattering finds it too.
+    CHECK(isNear(boundsOfLight(dome).strength, 0.3 * kPi, 1e-5));
     Light distant = lightOf(LightType::kDistant);
     distant.angle = 2.0F;
     const double sine = std::sin(kPi / 180.0);
