@@ -16,8 +16,10 @@ import dataclasses
 import datetime
 import hashlib
 import json
+import signal
 import subprocess
 import sys
+import threading
 import time
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
@@ -170,6 +172,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
     folders = {run: options.folder / f"{run[0].replace(' ', '-')}-{run[1]}" for run in runs}
     begin = time.monotonic()
     finished: list[str] = []
+    children = _Children()
 
     for run in runs:  # before hours are spent on the others
         if (folders[run] / MODEL).exists():
@@ -177,7 +180,7 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
 
     def train(run: tuple[str, int]) -> None:
         if not (folders[run] / MODEL).exists():
-            _train(study, run, folders[run], options.data)
+            _train(study, run, folders[run], options.data, children)
         finished.append(run[0])
         print(
             f"[{len(finished)}/{len(runs)}] {run[0]}, seed {run[1]} is trained, "
@@ -185,26 +188,64 @@ def _run(options: argparse.Namespace) -> dict[str, Any]:
             flush=True,
         )
 
-    _all(train, runs, options.workers)
+    _all(train, runs, options.workers, children)
     trained = {run: load_model(folders[run] / MODEL) for run in runs}
     test = options.test_data or this_layout().made / "training-data"
     rows = {run: _metrics(folders[run], test) for run in runs}
     return _result(study, options.study, rows, trained)
 
 
-def _all(train: Callable[[tuple[str, int]], None], runs: Sequence[Any], workers: int) -> None:
+class _Children:
+    """Processes that run; all of them are ended when the study is."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._running: set[subprocess.Popen[bytes]] = set()
+        self._ended = False
+
+    def run(self, command: Sequence[str], **options: Any) -> int:
+        """Until it has ended; returns its exit code, which is negative where it was ended."""
+        with self._lock:
+            if self._ended:
+                return -signal.SIGTERM
+            child = subprocess.Popen(command, **options)
+            self._running.add(child)
+        code = child.wait()
+        with self._lock:
+            self._running.discard(child)
+        return code
+
+    def end(self) -> None:
+        """Of those that run and those that would."""
+        with self._lock:
+            self._ended = True
+            for child in self._running:
+                child.terminate()
+
+
+def _all(
+    train: Callable[[tuple[str, int]], None],
+    runs: Sequence[Any],
+    workers: int,
+    children: _Children,
+) -> None:
     """Several at once; the first failure ends it when those that run are done."""
     with ThreadPoolExecutor(max(workers, 1)) as pool:
         futures = [pool.submit(train, run) for run in runs]
         try:
             done, _ = wait(futures, return_when=FIRST_EXCEPTION)
+        except KeyboardInterrupt:
+            children.end()
+            raise
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
         for future in done:
             future.result()
 
 
-def _train(study: Study, run: tuple[str, int], folder: Path, data: Sequence[Path]) -> None:
+def _train(
+    study: Study, run: tuple[str, int], folder: Path, data: Sequence[Path], children: _Children
+) -> None:
     """In a process of its own, whose words go to a file of the run."""
     folder.mkdir(parents=True, exist_ok=True)
     command = [sys.executable, "-m", "training.train", str(folder), *study.command(*run)]
@@ -212,8 +253,8 @@ def _train(study: Study, run: tuple[str, int], folder: Path, data: Sequence[Path
     root = Path(__file__).resolve().parents[1]
     log = folder / "log.txt"
     with log.open("a", encoding="utf-8") as words:
-        done = subprocess.run(command, cwd=root, stdout=words, stderr=words, check=False)
-    if done.returncode:
+        code = children.run(command, cwd=root, stdout=words, stderr=words)
+    if code:
         raise StudyError(f"{run[0]}, seed {run[1]} could not be trained; {log} says why")
 
 
@@ -329,4 +370,6 @@ def _result(
 
 
 if __name__ == "__main__":
+    # The runs of a study that is killed end with it, as those of one that is interrupted do.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     sys.exit(main())

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import json
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -34,6 +38,39 @@ def write_study(folder: Path, *, wrong: str = "", steps: int = 3) -> Path:
         """
     )
     return file
+
+
+def processes_about(folder: Path) -> list[bytes]:
+    """Command lines that name the folder, of what runs."""
+    lines = []
+    for file in Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            lines.append(file.read_bytes())
+        except OSError:
+            continue  # it has ended
+    return [line for line in lines if str(folder).encode() in line]
+
+
+def test_runs_of_a_killed_study_end_with_it(tmp_path: Path) -> None:
+    windows = synthetic_set(tmp_path / "data")
+    runs = tmp_path / "runs"
+    command = [sys.executable, "-m", "training.study", str(write_study(tmp_path, steps=10**6))]
+    command += [str(runs), "--data", str(windows), "--workers", "2"]
+    root = Path(study.__file__).resolve().parents[1]
+    process = subprocess.Popen(command, cwd=root, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    try:
+        deadline = time.monotonic() + 120.0
+        logs = [runs / name / "log.txt" for name in ("gbuffer-1", "paths-1")]
+        while not all(log.exists() and "ms a step" in log.read_text() for log in logs):
+            assert process.poll() is None and time.monotonic() < deadline
+            time.sleep(0.2)
+        process.send_signal(signal.SIGTERM)
+        _, words = process.communicate(timeout=60.0)
+    finally:
+        process.kill()
+    assert process.returncode == 130
+    assert b"interrupted; run it again to go on" in words
+    assert processes_about(runs) == []
 
 
 def test_variants_are_trained_once_and_compared(
