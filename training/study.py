@@ -229,18 +229,21 @@ def _all(
     workers: int,
     children: _Children,
 ) -> None:
-    """Several at once; the first failure ends it when those that run are done."""
-    with ThreadPoolExecutor(max(workers, 1)) as pool:
+    """Several at once; the first failure ends it when those that run are done.
+
+    Whatever else ends it, such as an interrupt, ends those that run.
+    """
+    pool = ThreadPoolExecutor(max(workers, 1))
+    try:
         futures = [pool.submit(train, run) for run in runs]
-        try:
-            done, _ = wait(futures, return_when=FIRST_EXCEPTION)
-        except KeyboardInterrupt:
-            children.end()
-            raise
-        finally:
-            pool.shutdown(wait=True, cancel_futures=True)
-        for future in done:
-            future.result()
+        done, _ = wait(futures, return_when=FIRST_EXCEPTION)
+        pool.shutdown(wait=True, cancel_futures=True)
+    except BaseException:
+        children.end()
+        pool.shutdown(wait=True, cancel_futures=True)
+        raise
+    for future in done:
+        future.result()
 
 
 def _train(

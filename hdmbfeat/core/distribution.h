@@ -101,8 +101,8 @@ private:
 
 /// Density on [0, 1]^2 that is constant on the cells of a grid, or several such densities, its
 /// layers. Probabilities are differences of the stored distribution function, so they are exactly
-/// those that sample() realises. At most 32,768 cells a side (places in it are 32-bit numbers); all
-/// lane types give the same bits.
+/// those that sample() realises. At most 32,768 cells a side, and 2^28 in all layers (places among
+/// them are 32-bit numbers); all lane types give the same bits.
 class PiecewiseConstant2D {
 public:
     PiecewiseConstant2D() = default;

@@ -47,8 +47,16 @@ std::vector<float> texelMeans(const Image& image) {
     return gray;
 }
 
-/// Means over the cells of a coarser (or equal) grid. A texel that lies in two cells counts in
-/// both, so that no cell with light in it gets weight zero.
+/// How much of texel `texel` lies in cell `cell` along an axis. A texel that touches a cell counts
+/// for something there, so that no cell with light in it gets weight zero.
+double overlap(int texel, int texels, int cell, int cells) {
+    const double scale = static_cast<double>(texels) / cells;
+    const double from = std::max(static_cast<double>(texel), cell * scale);
+    const double to = std::min(texel + 1.0, (cell + 1) * scale);
+    return std::max(to - from, 0.05);
+}
+
+/// Means over the cells of a coarser (or equal) grid.
 std::vector<float> gridMeans(const std::vector<float>& texels, int w, int h, int gridW, int gridH) {
     if (gridW == w && gridH == h) {
         return texels;
@@ -62,17 +70,37 @@ std::vector<float> gridMeans(const std::vector<float>& texels, int w, int h, int
             const auto x0 = static_cast<int>(static_cast<std::int64_t>(gx) * w / gridW);
             const auto x1 =
                 static_cast<int>((static_cast<std::int64_t>(gx + 1) * w + gridW - 1) / gridW);
-            double sum = 0.0;
+            double sum = 0.0, area = 0.0;
             for (int y = y0; y < y1; ++y) {
+                const double high = overlap(y, h, gy, gridH);
                 for (int x = x0; x < x1; ++x) {
-                    sum += texels[static_cast<std::size_t>(y) * w + x];
+                    const double part = high * overlap(x, w, gx, gridW);
+                    sum += part * texels[static_cast<std::size_t>(y) * w + x];
+                    area += part;
                 }
             }
-            grid[static_cast<std::size_t>(gy) * gridW + gx] =
-                static_cast<float>(sum / (static_cast<double>(y1 - y0) * (x1 - x0)));
+            grid[static_cast<std::size_t>(gy) * gridW + gx] = static_cast<float>(sum / area);
         }
     }
     return grid;
+}
+
+/// An axis of the grid: `parts` of equally many cells. As many parts as divide the texels evenly,
+/// so that cells are texels; of a large prime number the last few are made do without.
+struct Axis {
+    int cells, parts;
+};
+Axis axisOf(int texels, int mostCells, int mostParts) {
+    constexpr int kLarge = 64; // cells that are no texels make little noise then
+    const int cells = std::min(texels, mostCells);
+    int parts = std::min(cells, mostParts);
+    while (cells % parts != 0) {
+        --parts;
+    }
+    if (2 * parts < mostParts && cells >= kLarge) {
+        return {cells - cells % mostParts, mostParts};
+    }
+    return {cells, parts};
 }
 
 /// Height of the polar cap above (upper) or below row edge number `edge` of `rows`.
@@ -102,11 +130,11 @@ std::vector<float> byParts(const std::vector<float>& grid, int width, int height
 } // namespace
 
 EnvironmentMap::EnvironmentMap(std::shared_ptr<const Image> image) : image_(std::move(image)) {
-    const auto whole = [](int cells, int parts) { return cells - cells % parts; };
-    columns_ = std::min(image_->width(), kMostColumns);
-    rows_ = std::min(image_->height(), kMostRows);
-    const int gridW = whole(std::min(image_->width(), kMaxGridWidth), columns_);
-    const int gridH = whole(std::min(image_->height(), kMaxGridHeight), rows_);
+    const Axis across = axisOf(image_->width(), kMaxGridWidth, kMostColumns);
+    const Axis up = axisOf(image_->height(), kMaxGridHeight, kMostRows);
+    columns_ = across.parts;
+    rows_ = up.parts;
+    const int gridW = across.cells, gridH = up.cells;
     std::vector<float> weights =
         gridMeans(texelMeans(*image_), image_->width(), image_->height(), gridW, gridH);
     double total = 0.0;

@@ -57,9 +57,9 @@ Vec2<T> latLongFromDirection(const Vec3<T>& d) {
 
 /// An image around the origin. Directions are sampled for a surface that faces some way: first one
 /// of up to 128 parts of the image by the irradiance that it gives there (EnvironmentSides), then
-/// within it with a density that is constant on the cells of a grid (the texels, or blocks of them
-/// in large images) and proportional there to the mean of the bilinearly filtered image. Templates
-/// on the lane type, which give the same bits for all but double.
+/// within it with a density that is constant on the cells of a grid (the texels, or about as many,
+/// or blocks of them in large images) and proportional there to the mean of the bilinearly filtered
+/// image. Templates on the lane type, which give the same bits for all but double.
 class EnvironmentMap {
 public:
     /// Without an image: 1 in every direction, sampled by the cosine, and for surfaces that are lit

@@ -8,8 +8,9 @@ namespace mbfeat {
 namespace {
 
 constexpr float kPiFloat = 3.14159265F;
-/// Pieces of a part along each axis, for its mean cosine and for what of it can light at all.
-constexpr int kPieces = 4;
+/// Pieces of all parts along each axis, for their mean cosines and for what of them can light at
+/// all: more than there are cells, in small images.
+constexpr int kPiecesAcross = 64, kPiecesUp = 32;
 /// What of a piece's power counts whatever the angle, where any of it can light: closures that are
 /// not diffuse may want it more than the cosine says.
 constexpr float kLeastCosine = 0.02F;
@@ -60,13 +61,11 @@ struct Grid {
     const std::vector<float>& power;
     int width, height;
 
-    /// The cells from (x0, y0) up to but not (x1, y1).
-    Piece piece(int x0, int y0, int x1, int y1) const {
+    /// From (x0, y0) to (x1, y1), in cells.
+    Piece piece(float x0, float y0, float x1, float y1) const {
         Piece piece;
         const auto at = [&](float x, float y) {
-            return directionAt(static_cast<float>(x0) + x * static_cast<float>(x1 - x0),
-                               static_cast<float>(y0) + y * static_cast<float>(y1 - y0), width,
-                               height);
+            return directionAt(x0 + x * (x1 - x0), y0 + y * (y1 - y0), width, height);
         };
         piece.cone.axis = at(0.5F, 0.5F);
         for (const float t : {0.0F, 0.5F, 1.0F}) {
@@ -74,27 +73,34 @@ struct Grid {
                 piece.cone.include(edge);
             }
         }
-        if (4 * (x1 - x0) > width) {
-            piece.cone.spread = kPiFloat; // its edges say little
-        }
         double sum = 0.0;
-        for (int y = y0; y < y1; ++y) {
-            for (int x = x0; x < x1; ++x) {
-                sum += power[static_cast<std::size_t>(y) * width + x];
+        for (int y = static_cast<int>(y0); y < height && static_cast<float>(y) < y1; ++y) {
+            for (int x = static_cast<int>(x0); x < width && static_cast<float>(x) < x1; ++x) {
+                sum += static_cast<double>(within(y, y0, y1) * within(x, x0, x1) *
+                                           power[static_cast<std::size_t>(y) * width + x]);
             }
         }
         piece.power = static_cast<float>(sum);
         return piece;
     }
+    /// The share of a cell that lies between two places along an axis.
+    static float within(int cell, float from, float to) {
+        const auto low = static_cast<float>(cell);
+        return std::max(std::min(to, low + 1.0F) - std::max(from, low), 0.0F);
+    }
 
-    Part part(int x0, int y0, int wide, int high) const {
+    /// Of a part of so many cells; `across` and `up` are pieces.
+    Part part(int x0, int y0, int wide, int high, int across, int up) const {
         Part part;
-        const int across = std::min(wide, kPieces), up = std::min(high, kPieces);
+        const auto place = [](int first, int size, int i, int pieces) {
+            return static_cast<float>(first) +
+                   static_cast<float>(size) * static_cast<float>(i) / static_cast<float>(pieces);
+        };
         for (int j = 0; j < up; ++j) {
             for (int i = 0; i < across; ++i) {
-                part.pieces.push_back(piece(x0 + i * wide / across, y0 + j * high / up,
-                                            x0 + (i + 1) * wide / across,
-                                            y0 + (j + 1) * high / up));
+                part.pieces.push_back(piece(place(x0, wide, i, across), place(y0, high, j, up),
+                                            place(x0, wide, i + 1, across),
+                                            place(y0, high, j + 1, up)));
                 part.power += part.pieces.back().power;
             }
         }
@@ -131,19 +137,21 @@ EnvironmentSides::EnvironmentSides(const std::vector<float>& power, int width, i
     }
     const Grid grid{scaled, width, height};
     const int wide = width / columns, high = height / rows;
+    const int across = (kPiecesAcross + columns - 1) / columns, up = (kPiecesUp + rows - 1) / rows;
     std::vector<Part> parts;
     for (int row = 0; row < rows; ++row) {
         for (int column = 0; column < columns; ++column) {
-            parts.push_back(grid.part(column * wide, row * high, wide, high));
+            parts.push_back(grid.part(column * wide, row * high, wide, high, across, up));
         }
     }
     std::vector<float> weights;
     weights.reserve(parts.size() * (kBoth + 1));
     for (int side = 0; side < kBoth; ++side) {
         const auto at = [&](float x, float z) {
-            const auto column = static_cast<float>(side % kSides);
-            const auto row = static_cast<float>(side / kSides);
-            return normalAt(2.0F * (column + x) / kSides - 1.0F, 2.0F * (row + z) / kSides - 1.0F);
+            const auto column = static_cast<float>(side % kAcross);
+            const auto row = static_cast<float>(side / kAcross);
+            return normalAt(2.0F * (column + x) / kAcross - 1.0F,
+                            2.0F * (row + z) / kAcross - 1.0F);
         };
         Cone cone;
         cone.axis = at(0.5F, 0.5F);

@@ -1,5 +1,5 @@
 // Which part of an environment to look at for a surface that faces some way: parts are chosen by
-// the irradiance that they give such a surface, so that a sun behind it takes no samples.
+// the irradiance that they give such a surface, so that a sun well behind it takes no samples.
 #pragma once
 
 #include <vector>
@@ -39,8 +39,8 @@ public:
 private:
     /// Cones are the cells of the octahedral map of the sphere (Meyer et al. 2010, "On
     /// Floating-Point Normal Vectors").
-    static constexpr int kSides = 16;
-    static constexpr int kBoth = kSides * kSides;
+    static constexpr int kAcross = 16;
+    static constexpr int kBoth = kAcross * kAcross;
 
     template <class T>
     static IntLane<T> sideOf(const Facing<T>& to) {
@@ -49,12 +49,12 @@ private:
         const T x = to.n.x * scale, z = to.n.z * scale;
         const Mask<T> lower = to.n.y < T(0);
         const auto cell = [](const T& coordinate) {
-            const T place = fma(coordinate, T(0.5F * kSides), T(0.5F * kSides));
-            return toInteger(min(max(place, T(0)), T(kSides - 0.5F)));
+            const T place = fma(coordinate, T(0.5F * kAcross), T(0.5F * kAcross));
+            return toInteger(min(max(place, T(0)), T(kAcross - 0.5F)));
         };
         const IntLane<T> column = cell(select(lower, copysign(T(1) - abs(z), x), x));
         const IntLane<T> row = cell(select(lower, copysign(T(1) - abs(x), z), z));
-        return selectInt(to.twoSided, IntLane<T>(kBoth), row * IntLane<T>(kSides) + column);
+        return selectInt(to.twoSided, IntLane<T>(kBoth), row * IntLane<T>(kAcross) + column);
     }
 
     PiecewiseConstant2D parts_; ///< a layer a cone, and one for both sides

@@ -20,8 +20,8 @@ public:
     explicit InfiniteLights(const std::vector<LightBounds>& lights);
 
     std::size_t size() const { return size_; }
-    /// Weights for the receiver: irradiances from each, in the units of LightBounds::strength
-    /// divided by scale(). Zero only for what is below the horizon of a one-sided receiver.
+    /// Weights for the receiver: LightBounds::strength of each divided by scale(). Zero only for
+    /// what is below the horizon of a one-sided receiver.
     void weigh(const LightReceiver& receiver, LightWeights& out) const;
     double scale() const { return scale_; }
     /// Of one light: its part of a choice between two lights.

@@ -71,11 +71,15 @@ void boundInfinite(LightBounds& out, const PreparedLight& light) {
         out.axis = cone->axis;
         out.spread = 2.0F * std::asin(std::sqrt(0.5F * std::min(cone->oneMinusCosMax, 2.0F)));
     } else {
-        // What a dome sends through a sphere reaches a surface with a quarter of the density. An
-        // even one is found by scattering, too, and takes samples from lights that are not.
-        const EnvironmentMap& map = std::get<DomeEmitter>(light.emitter).map;
+        // What a dome sends through a sphere reaches a surface with a quarter of the density.
         out.spread = kPi;
-        out.strength *= 0.25 * std::max(map.concentration(), kLeastConcentration);
+        out.strength *= 0.25;
+        // An even one is found by scattering, too, and takes samples from lights that are not;
+        // one without shadows is found by its samples alone.
+        if (light.castsShadows) {
+            const EnvironmentMap& map = std::get<DomeEmitter>(light.emitter).map;
+            out.strength *= std::max(map.concentration(), kLeastConcentration);
+        }
     }
 }
 

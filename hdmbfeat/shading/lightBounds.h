@@ -16,7 +16,8 @@ struct PreparedLight;
 
 struct LightBounds {
     /// Environments and distant lights: `axis` points towards the light, `spread` is the half angle
-    /// of the directions it comes from, `strength` an irradiance; the rest is not used.
+    /// of the directions it comes from, `strength` an irradiance, of domes that shine evenly down
+    /// to a tenth of it, since scattering finds them too; the rest is not used.
     bool atInfinity = false;
     Bounds box;
     float radius = 0.0F; ///< of a sphere around the box's centre that holds the light

@@ -18,7 +18,7 @@ namespace mbfeat {
 inline constexpr double kLeastShare = 0.1;
 
 /// The probability of lights at infinity beside those in the scene, by the irradiance that either
-/// can give.
+/// can give and scattering would not find.
 inline float infiniteShare(double near, double far) {
     // Not std::clamp(), which loops over lanes could not be made of.
     const double share = far / (near + far);

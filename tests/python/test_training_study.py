@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -51,24 +54,43 @@ def processes_about(folder: Path) -> list[bytes]:
     return [line for line in lines if str(folder).encode() in line]
 
 
-def test_runs_of_a_killed_study_end_with_it(tmp_path: Path) -> None:
-    windows = synthetic_set(tmp_path / "data")
-    runs = tmp_path / "runs"
-    command = [sys.executable, "-m", "training.study", str(write_study(tmp_path, steps=10**6))]
-    command += [str(runs), "--data", str(windows), "--workers", "2"]
+def killed(command: list[str], until: Callable[[], bool]) -> tuple[int, bytes]:
+    """Exit code and words of a study that is terminated when `until` says so."""
     root = Path(study.__file__).resolve().parents[1]
-    process = subprocess.Popen(command, cwd=root, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    pipe = subprocess.PIPE
+    process = subprocess.Popen(command, cwd=root, stdout=pipe, stderr=pipe, start_new_session=True)
     try:
         deadline = time.monotonic() + 120.0
-        logs = [runs / name / "log.txt" for name in ("gbuffer-1", "paths-1")]
-        while not all(log.exists() and "ms a step" in log.read_text() for log in logs):
+        while not until():
             assert process.poll() is None and time.monotonic() < deadline
             time.sleep(0.2)
         process.send_signal(signal.SIGTERM)
         _, words = process.communicate(timeout=60.0)
     finally:
-        process.kill()
-    assert process.returncode == 130
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+    return process.returncode, words
+
+
+@pytest.mark.parametrize("one_has_failed", [False, True])
+def test_runs_of_a_killed_study_end_with_it(tmp_path: Path, one_has_failed: bool) -> None:
+    windows = synthetic_set(tmp_path / "data")
+    runs = tmp_path / "runs"
+    command = [sys.executable, "-m", "training.study", str(write_study(tmp_path, steps=10**6))]
+    command += [str(runs), "--data", str(windows), "--workers", "2"]
+    logs = [runs / name / "log.txt" for name in ("gbuffer-1", "paths-1")]
+    wanted = ["ms a step", "ms a step"]
+    if one_has_failed:  # the study waits for the other before it says so
+        logs[0].parent.mkdir(parents=True)
+        (logs[0].parent / "checkpoint.pt").write_bytes(b"no checkpoint")
+        wanted[0] = "training.train: "
+
+    def run() -> bool:
+        pairs = zip(logs, wanted, strict=True)
+        return all(log.exists() and words in log.read_text() for log, words in pairs)
+
+    code, words = killed(command, run)
+    assert code == 130
     assert b"interrupted; run it again to go on" in words
     assert processes_about(runs) == []
 

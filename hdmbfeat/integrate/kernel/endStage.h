@@ -79,7 +79,7 @@ private:
         const Mask<T> delta = has(kFlagDelta);
         const EnvironmentMap::Seen<T> seen = lookAtEnvironment<T>(
             lights_.prepared(light), direction,
-            {s_.paths.template get<T>(kReceiverN, g.read).xyz(), has(kFlagTwoSided) || delta});
+            {s_.paths.template get<T>(kReceiverN, g.read).xyz(), has(kFlagTwoSided)});
         const Mask<T> lit = isLit(seen.value) && maskOfBits<T>(g.bits);
         if (none(lit)) {
             return;

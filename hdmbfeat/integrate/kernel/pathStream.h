@@ -53,7 +53,7 @@ enum PathField : int {
     kHitB2 = 13,
 
     kThroughput = 16,
-    kRouletteScale = 19, ///< of the throughput, see ShadeStage::rouletteScale
+    kRouletteScale = 19, ///< of the throughput, see roulette.h
     kReceiverP = 20,
     kBsdfPdf = 23, ///< density of the scattering that made the segment
     kReceiverN = 24,

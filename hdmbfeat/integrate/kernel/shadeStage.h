@@ -5,6 +5,7 @@
 #include "integrate/kernel/endStage.h"
 #include "integrate/kernel/hitLanes.h"
 #include "integrate/kernel/kernelState.h"
+#include "integrate/kernel/roulette.h"
 #include "integrate/kernel/scatterLimits.h"
 #include "integrate/kernel/surfaceLanes.h"
 #include "shading/diffuseSurface.h"
@@ -512,12 +513,15 @@ private:
         Vec3<T> carried = arrival.throughput * sample.weight;
         const IntLane<T> before = bitsOf(arrival.keys.w) & IntLane<T>(kScatteringsMask);
         const IntLane<T> scatterings = countScatterings(before, sample);
-        const T scale =
-            rouletteScale(before, scatterings, arrival.rouletteScale * sqr(sample.eta), carried);
+        const Mask<T> first =
+            scatteringCount(before) < T(1) && scatteringCount(scatterings) == T(1);
+        const T scale = rouletteScale<T>(first, carried, arrival.rouletteScale * sqr(sample.eta));
         if (vertex >= context_.options.russianRouletteStart) {
             const Mask<T> mayEnd = scatteringCount(scatterings) >
                                    T(static_cast<float>(context_.options.russianRouletteStart));
-            roulette(mayEnd, scale, sampler.get1D(base + kDimRoulette), carried, on);
+            const T q = select(mayEnd, survivalProbability<T>(carried, scale), T(1));
+            on = on && sampler.get1D(base + kDimRoulette) < q;
+            carried = carried * (T(1) / select(on, q, T(1)));
         }
         const std::uint32_t left = laneBits(on) & g.bits;
         if (left == 0) {
@@ -561,27 +565,6 @@ private:
 
     static T scatteringCount(const IntLane<T>& scatterings) {
         return toFloat(IntLane<T>(scatterings >> kScatteringsShift));
-    }
-
-    /// What the throughput is multiplied by to know what a path may still bring, beside what its
-    /// pixel shows: from the first wide scattering on the reflectance there is left out, since all
-    /// of the pixel's light has it in common. `scale` is what it was, with the sample's refraction.
-    static T rouletteScale(const IntLane<T>& before, const IntLane<T>& after, const T& scale,
-                           const Vec3<T>& carried) {
-        constexpr float kLeast = 0.1F; // what is darker keeps no path longer
-        const Mask<T> first = scatteringCount(before) < T(1) && scatteringCount(after) == T(1);
-        return select(first, T(1) / max(maxComponent(carried), T(kLeast)), scale);
-    }
-
-    /// Russian roulette on the expected contribution, `scale` as of rouletteScale().
-    static void roulette(const Mask<T>& mayEnd, const T& scale, const T& u, Vec3<T>& carried,
-                         Mask<T>& on) {
-        constexpr float kMostLikely = 0.95F;
-        constexpr float kReluctance = 1.5F; // measured, see benchmarks.md
-        const T share = maxComponent(carried) * scale * T(kReluctance);
-        const T q = select(mayEnd, min(share, T(kMostLikely)), T(1));
-        on = on && u < q;
-        carried = carried * (T(1) / select(on, q, T(1)));
     }
 
     void recordEvent(const Group& g, int vertex, const BsdfSample<T>& sample, const Mask<T>& on) {

@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "core/floatTraps.h"
+#include "film/temporaryDirectory.h"
 #include "rendering.h"
+#include "scene/imageFiles.h"
 #include "shading/environmentMap.h"
 #include "support/chiSquared.h"
 
@@ -35,23 +38,25 @@ std::shared_ptr<const Image> sunImage(int width, int height, int x, int y, float
     return image(width, height, texels);
 }
 
-/// Irradiance from the upper hemisphere (+y), by midpoints in latitude and longitude over the
-/// bilinear image, in double; texels in which nothing changes cost one point.
-double irradiance(const EnvironmentMap& map, int width, int height) {
+/// Irradiance on a surface with that normal, by midpoints in latitude and longitude over the
+/// bilinear image, in double.
+double irradiance(const EnvironmentMap& map, int width, int height,
+                  const Double3& n = {0.0, 1.0, 0.0}) {
     double sum = 0.0;
     constexpr int kFine = 8;
     const int rows = height * kFine, columns = width * kFine;
-    for (int j = rows / 2; j < rows; ++j) {
+    for (int j = 0; j < rows; ++j) {
         const double latitude = kPiExact * ((j + 0.5) / rows - 0.5);
-        // cos(lat) d lat and the cosine sin(lat).
-        const double weight = std::cos(latitude) * std::sin(latitude) * (kPiExact / rows) *
-                              (2.0 * kPiExact / columns);
+        const double weight = std::cos(latitude) * (kPiExact / rows) * (2.0 * kPiExact / columns);
         for (int i = 0; i < columns; ++i) {
             const double longitude = kPiExact * (1.0 - 2.0 * (i + 0.5) / columns);
             const Float3 d(static_cast<float>(std::sin(longitude) * std::cos(latitude)),
                            static_cast<float>(std::sin(latitude)),
                            static_cast<float>(std::cos(longitude) * std::cos(latitude)));
-            sum += weight * static_cast<double>(map.value(d).x);
+            const double cosine = dot(n, Double3(d));
+            if (cosine > 0.0) {
+                sum += weight * cosine * static_cast<double>(map.value(d).x);
+            }
         }
     }
     return sum;
@@ -145,6 +150,43 @@ Estimate renderFloor(const std::vector<Light>& lights) {
     return trace(test, camera, 16, 16, plainOptions(64, 4));
 }
 
+/// sunImage() as a file, whose rows go down.
+void writeSun(const std::string& path, int width, int height, int x, int y, float sun, float rest) {
+    Texels texels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), rest);
+    texels[static_cast<std::size_t>(height - 1 - y) * static_cast<std::size_t>(width) +
+           static_cast<std::size_t>(x)] = sun;
+    const FloatTrapsMasked foreignCode;
+    writeExr(path, Imf::Header(width, height),
+             {{"R", Imf::FLOAT, texels}, {"G", Imf::FLOAT, texels}, {"B", Imf::FLOAT, texels}});
+}
+
+/// A dome with a small sun, turned about two axes, over a floor that faces up.
+void addTurned(Catalogue& catalogue, const std::string& name, int width, int height,
+               const Double3& first, const Double3& second) {
+    catalogue.push_back(
+        {"dome/turned-" + name + "-floor",
+         "radiance of a white floor under a turned dome against quadrature of its image, score",
+         kLargestZ, kReasonZ, [=](Report& report) {
+             const int x = width / 3, y = 3 * height / 4;
+             const TemporaryDirectory folder;
+             Light light = dome(nullptr, 1.0F);
+             light.hasTexture = true;
+             light.texture.path = folder.file("sky.exr");
+             writeSun(light.texture.path, width, height, x, y, 2000.0F, 0.5F);
+             light.toWorld.x = normalize(first);
+             light.toWorld.z = normalize(cross(first, second));
+             light.toWorld.y = cross(light.toWorld.z, light.toWorld.x);
+             // The world's +y, in the dome's own space.
+             const AffineD& m = light.toWorld;
+             const EnvironmentMap map(sunImage(width, height, x, y, 2000.0F, 0.5F));
+             const double truth = irradiance(map, width, height, {m.x.y, m.y.y, m.z.y}) / kPiExact;
+             const Estimate e = renderFloor({light});
+             report.error(score(e, truth),
+                          [&] { return Text().add("mean", e.mean()).add("quadrature", truth); });
+             report.picture(e.picture("floor"));
+         }});
+}
+
 Light lamp() {
     Light l;
     l.path = "/Lamp";
@@ -213,6 +255,10 @@ void addEnvironments(Catalogue& catalogue) {
     addSun(catalogue, "one-texel-in-black", 512, 256, 300, 180, 1e9F, 0.0F);
     addSun(catalogue, "at-pole", 256, 128, 17, 127, 1e6F, 1e-3F);
     addSun(catalogue, "at-seam", 256, 128, 0, 100, 65504.0F, 0.0F);
+    addTurned(catalogue, "upright", 64, 32, {0.8, 0.0, 0.6}, {0.0, 1.0, 0.0});
+    addTurned(catalogue, "tilted", 64, 32, {0.8, 0.3, 0.6}, {-0.4, 1.0, 0.7});
+    addTurned(catalogue, "sun-below", 60, 30, {0.8, 0.0, 0.6}, {0.2, -1.0, 0.0});
+    addTurned(catalogue, "sun-at-horizon", 31, 15, {0.1, 0.9, 0.3}, {1.0, 0.2, 0.0});
     addWhole(catalogue);
     catalogue.push_back({"dome/smallest-images",
                          "value, density and mean of uniform maps of one to seven texels, relative",
