@@ -129,11 +129,15 @@ float weightOf(const Part& part, const Cone& cone, const std::vector<Float3>& no
 
 EnvironmentSides::EnvironmentSides(const std::vector<float>& power, int width, int height,
                                    int columns, int rows) {
-    // Relative to the brightest cell: sums of huge powers must not overflow.
-    const float largest = *std::max_element(power.begin(), power.end());
+    // Relative to the brightest cell: sums of huge powers must not overflow. Those that are not
+    // finite count for nothing, as in distributions.
+    float largest = 0.0F;
+    for (const float p : power) {
+        largest = std::isfinite(p) ? std::max(largest, p) : largest;
+    }
     std::vector<float> scaled(power);
     for (float& p : scaled) {
-        p = largest > 0.0F ? p / largest : 0.0F;
+        p = std::isfinite(p) && largest > 0.0F ? p / largest : 0.0F;
     }
     const Grid grid{scaled, width, height};
     const int wide = width / columns, high = height / rows;
@@ -147,11 +151,10 @@ EnvironmentSides::EnvironmentSides(const std::vector<float>& power, int width, i
     std::vector<float> weights;
     weights.reserve(parts.size() * (kBoth + 1));
     for (int side = 0; side < kBoth; ++side) {
+        const int column = side % kAcross, row = side / kAcross;
         const auto at = [&](float x, float z) {
-            const auto column = static_cast<float>(side % kAcross);
-            const auto row = static_cast<float>(side / kAcross);
-            return normalAt(2.0F * (column + x) / kAcross - 1.0F,
-                            2.0F * (row + z) / kAcross - 1.0F);
+            return normalAt(2.0F * (static_cast<float>(column) + x) / kAcross - 1.0F,
+                            2.0F * (static_cast<float>(row) + z) / kAcross - 1.0F);
         };
         Cone cone;
         cone.axis = at(0.5F, 0.5F);

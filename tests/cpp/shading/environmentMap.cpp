@@ -253,7 +253,7 @@ TEST_CASE("no light that a surface faces has density zero") {
 TEST_CASE("images of any size are sampled as finely as they are") {
     // Of one bright texel samples differ by its bilinear tent alone, whatever divides the size.
     for (const auto& size : {std::pair<int, int>{1000, 500}, {600, 300}, {31, 15}, {1440, 720}}) {
-        const auto [width, height] = size;
+        const int width = size.first, height = size.second;
         CAPTURE(width);
         for (const int x : {width / 3, width / 2 + 1}) {
             std::vector<float> values(static_cast<std::size_t>(width) * height, 0.0F);
