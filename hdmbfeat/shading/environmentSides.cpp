@@ -7,7 +7,6 @@ namespace mbfeat {
 
 namespace {
 
-constexpr float kPiFloat = 3.14159265F;
 /// Pieces of all parts along each axis, for their mean cosines and for what of them can light at
 /// all: more than there are cells, in small images.
 constexpr int kPiecesAcross = 64, kPiecesUp = 32;
@@ -20,8 +19,8 @@ constexpr float kSlack = 0.02F;
 
 /// Of the place (x, y), from the bottom left, of a grid of that size.
 Float3 directionAt(float x, float y, int width, int height) {
-    const float latitude = kPiFloat * (y / static_cast<float>(height) - 0.5F);
-    const float longitude = kPiFloat * (1.0F - 2.0F * x / static_cast<float>(width));
+    const float latitude = kPi * (y / static_cast<float>(height) - 0.5F);
+    const float longitude = kPi * (1.0F - 2.0F * x / static_cast<float>(width));
     const float c = std::cos(latitude);
     return {std::sin(longitude) * c, std::sin(latitude), std::cos(longitude) * c};
 }
@@ -113,7 +112,7 @@ float weightOf(const Part& part, const Cone& cone, const std::vector<Float3>& no
     float sum = 0.0F;
     for (const Piece& piece : part.pieces) {
         if (angleBetween(cone.axis, piece.cone.axis) >
-            0.5F * kPiFloat + cone.spread + piece.cone.spread) {
+            0.5F * kPi + cone.spread + piece.cone.spread) {
             continue; // below the horizon of all of them
         }
         float cosines = 0.0F;

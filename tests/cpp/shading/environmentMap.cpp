@@ -25,6 +25,14 @@ std::shared_ptr<const Image> noise(int width, int height) {
     return image(width, height, 3, std::move(values));
 }
 
+/// Of the place (x, y), in texels from the bottom left, of an image of that size.
+Float3 directionAt(float x, float y, int width, int height) {
+    const float latitude = kPi * (y / static_cast<float>(height) - 0.5F);
+    const float longitude = kPi * (1.0F - 2.0F * x / static_cast<float>(width));
+    return {std::sin(longitude) * std::cos(latitude), std::sin(latitude),
+            std::cos(longitude) * std::cos(latitude)};
+}
+
 } // namespace
 
 TEST_CASE("latitude-longitude images are oriented as OpenEXR and UsdLux say") {
@@ -124,9 +132,7 @@ TEST_CASE("an environment shows the texel of the direction") {
     std::vector<float> values(8 * 4, 0.0F);
     values[2 * 8 + 1] = 5.0F;
     const EnvironmentMap map(image(8, 4, 1, values));
-    const float latitude = kPi / 8.0F, longitude = kPi * (1.0F - 2.0F * 1.5F / 8.0F);
-    const Float3 d{std::sin(longitude) * std::cos(latitude), std::sin(latitude),
-                   std::cos(longitude) * std::cos(latitude)};
+    const Float3 d = directionAt(1.5F, 2.5F, 8, 4);
     CHECK(d.x > 0.0F);
     CHECK(d.z < 0.0F);
     CHECK(isNear(map.value(d).y, 5.0, 1e-4));
@@ -231,10 +237,7 @@ TEST_CASE("no light that a surface faces has density zero") {
         for (int i = 0; i < 100000; ++i) {
             const float x = static_cast<float>(c.x) + random.nextFloat();
             const float y = static_cast<float>(c.y) + random.nextFloat();
-            const float latitude = kPi * (y / static_cast<float>(c.height) - 0.5F);
-            const float longitude = kPi * (1.0F - 2.0F * x / static_cast<float>(c.width));
-            const Float3 d{std::sin(longitude) * std::cos(latitude), std::sin(latitude),
-                           std::cos(longitude) * std::cos(latitude)};
+            const Float3 d = directionAt(x, y, c.width, c.height);
             const Float3 side = Frame<float>::fromNormal(d).toWorld(
                 {std::cos(6.3F * random.nextFloat()), std::sin(6.3F * random.nextFloat()), 0.0F});
             Float3 n = normalize(side + d * (0.02F * random.nextFloat() + 1e-4F));
@@ -276,10 +279,7 @@ TEST_CASE("light samples for a surface do not go to a sun behind it") {
     std::vector<float> values(static_cast<std::size_t>(kWidth) * kHeight, 1.0F);
     values[static_cast<std::size_t>(kSunY) * kWidth + kSunX] = 20000.0F;
     const EnvironmentMap map(image(kWidth, kHeight, 1, values));
-    const float latitude = kPi * ((kSunY + 0.5F) / kHeight - 0.5F);
-    const float longitude = kPi * (1.0F - 2.0F * (kSunX + 0.5F) / kWidth);
-    const Float3 sun{std::sin(longitude) * std::cos(latitude), std::sin(latitude),
-                     std::cos(longitude) * std::cos(latitude)};
+    const Float3 sun = directionAt(kSunX + 0.5F, kSunY + 0.5F, kWidth, kHeight);
     const Float3 aside = normalize(cross(sun, Float3(1.0F, 0.0F, 0.0F)));
     for (const Float3& n :
          {-sun, sun, normalize(aside - sun * 0.4F), normalize(aside - sun * 0.1F)}) {
@@ -300,7 +300,7 @@ TEST_CASE("light samples for a surface do not go to a sun behind it") {
         }
         // The sun's bilinear tent has the volume of its texel.
         const double texel =
-            2.0 * kPi / kWidth * (kPi / kHeight) * std::cos(static_cast<double>(latitude));
+            2.0 * kPi / kWidth * (kPi / kHeight) * std::cos(kPi * ((kSunY + 0.5) / kHeight - 0.5));
         const double truth = kPi + std::max(dot(n, sun), 0.0F) * 19999.0 * texel;
         checkMean(aimed, truth, 0.01);
         CHECK(aimed.standardError() < plain.standardError());
