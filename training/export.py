@@ -30,14 +30,14 @@ from torch import Tensor, nn  # noqa: E402
 
 from training.checkpoints import CheckpointError, Trained, load_model  # noqa: E402
 from training.model.atrous import Likeness, filtered  # noqa: E402
-from training.model.config import GUIDES, ModelConfig  # noqa: E402
+from training.model.config import ModelConfig  # noqa: E402
 from training.model.inputs import CHANNELS  # noqa: E402
 from training.model.pyramid import Pyramid  # noqa: E402
 from training.model.sksn import Sksn, fold_weight_norm, mean_albedo, modulated  # noqa: E402
 from training.model.splat import distances, plain_splat, splat  # noqa: E402
 
 OPSET = 18
-FORMAT = 6
+FORMAT = 7
 ANY_SIZE_FORMAT = 5  # the last one whose graphs took any size
 TOLERANCE = 1e-4
 PREFIX = "mbfeat:"  # of the metadata entries that hold the contract
@@ -61,8 +61,8 @@ class Contract:
       samples are in a class. The file's own takes `classes` and gives the classes' `hidden`,
       `weight` and `bias`, and where `affinity` is not 0 also `alike` [classes, affinity, h, w]: the
       squared distance of a class's from its own where it is splatted to is taken off its logit.
-      The last `guides` of these are albedo, normal and depth, whose differences are multiplied by
-      `scales` [classes, 3, h, w] of where it is splatted to.
+      The last `guides` of these are albedo, normal, depth and, of 8, roughness, whose differences
+      are multiplied by `scales` [classes, 3 or 4, h, w] of where it is splatted to.
       With `atrous`, dilations, it also gives `centre` [classes, passes, h, w] and `table` [passes,
       26] of the passes that follow the splat, see training.model.atrous.
       With `demodulated` the first graph also gives `divisor` [samples, 3, h, w]: radiance divided
@@ -172,7 +172,7 @@ def contract(config: ModelConfig, *, whole: bool) -> Contract:
         classPlanes=config.width + config.guide_planes if config.layers else 0,
         classes=config.classes if config.layers else 0,
         affinity=config.likeness,
-        guides=GUIDES if config.guides else 0,
+        guides=config.guide_count,
         demodulated=int(config.demodulated),
         atrous=config.atrous,
         workingFloats=working,
@@ -249,7 +249,7 @@ def encoder_bytes(model: Sksn) -> bytes | None:
     full = c.valid_bits and c.increments and c.first_non_delta
     if not c.layers or not full or c.first_hit:
         return None
-    counts = np.array([GUIDES if c.guides else 0, c.vertices], dtype=np.int32)
+    counts = np.array([c.guide_count, c.vertices], dtype=np.int32)
     parts = [np.float32(c.log_scale).tobytes(), counts.tobytes()]
     shared = model.encoding.vertex_network if c.vertex_encoder else nn.Sequential()
     for network in (shared, model.embeddings[0]):

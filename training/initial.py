@@ -18,6 +18,7 @@ from torch import Tensor
 
 from training.checkpoints import CheckpointError, load_model
 from training.export import PREFIX, example, open_session
+from training.model.sksn import Sksn
 
 EXPORTED = ".onnx"
 INSIDE = "model."  # before the names of parameters in an exported graph
@@ -40,6 +41,28 @@ def read(path: Path) -> Initial:
         weights, history = _exported(path)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     return Initial(weights, {"file": path.name, "sha256": digest, "history": history})
+
+
+def with_guides(weights: dict[str, Tensor], model: Sksn) -> dict[str, Tensor]:
+    """Weights of a network with fewer guides as those of `model`, which it then is but for scales.
+
+    The new guides' scales are those of `model`, and its other layers do not look at them yet. Other
+    weights are given back as they are.
+    """
+    groups = model.config.guide_groups
+    had = len(weights["scales.bias"]) if "scales.bias" in weights else len(groups)
+    first = "regressor.0.weight"
+    if had >= len(groups) or first not in weights:
+        return weights
+    own = model.state_dict()
+    widened = dict(weights)
+    for name in ("scales.weight", "scales.bias"):
+        widened[name] = torch.cat([weights[name], own[name][had:]])
+    # Guides are followed by the share of straight paths alone.
+    before, after = weights[first][:, :-1], weights[first][:, -1:]
+    unused = torch.zeros_like(after).expand(-1, sum(groups[had:]), -1, -1)
+    widened[first] = torch.cat([before, unused, after], dim=1)
+    return widened
 
 
 def _exported(path: Path) -> tuple[dict[str, Tensor], dict[str, Any]]:

@@ -19,7 +19,7 @@ from training.batches import Batches
 from training.config import Config
 from training.dataset.reader import Dataset
 from training.inference import denoise
-from training.initial import Initial
+from training.initial import Initial, with_guides
 from training.model.losses import LossConfig, image_loss, manifold
 from training.model.sksn import Sksn
 from training.processes import Processes
@@ -104,7 +104,8 @@ class Trainer:
     def _begin_with(self, initial: Initial) -> None:
         """Parameters that the file's network does not have stay as they are made."""
         try:
-            left = self.model.load_state_dict(initial.weights, strict=False)
+            weights = with_guides(initial.weights, self.model)
+            left = self.model.load_state_dict(weights, strict=False)
         except RuntimeError as error:
             raise TrainingError(
                 f"{initial.origin['file']} is a network of another configuration: {error}"

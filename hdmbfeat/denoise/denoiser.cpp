@@ -135,6 +135,9 @@ protected:
     static constexpr std::size_t kWeight = 1, kBias = 2;
     /// Of what the passes after the splat have for each pixel; their table follows.
     std::size_t centre() const { return contract_.guides > 0 ? 5 : 4; }
+    std::size_t scalePlanes() const {
+        return static_cast<std::size_t>(guides::groups(contract_.guides));
+    }
 
     /// Columns, or rows, that the network is given for so many.
     std::int64_t gridSize(std::int64_t size) const {
@@ -275,7 +278,7 @@ protected:
             sizes.push_back(units * static_cast<std::size_t>(contract_.affinity) * pixels);
         }
         if (contract_.guides > 0) {
-            sizes.push_back(units * guides::kGroups * pixels);
+            sizes.push_back(units * scalePlanes() * pixels);
         }
         if (passes > 0) {
             sizes.push_back(units * passes * pixels);
@@ -338,7 +341,7 @@ protected:
                 pass.alike =
                     input.alike + unit * static_cast<std::size_t>(input.alikeChannels) * plane;
                 if (input.guides > 0) {
-                    pass.scales = input.scales + unit * guides::kGroups * plane;
+                    pass.scales = input.scales + unit * scalePlanes() * plane;
                 }
                 pass.centre = centre + (unit * passes + level) * plane;
                 pass.out = filtered.data() + unit * image;

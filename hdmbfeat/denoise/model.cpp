@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kDefaultModel = "best";
-constexpr int kFormat = 6;
+constexpr int kFormat = 7;
 constexpr int kOldestFormat = 2;   ///< had neither affinity nor demodulation
 constexpr int kAffinityFormat = 3; ///< had no guides, and no passes after the splat
 constexpr int kGuidesFormat = 4;   ///< had three classes, always
@@ -253,7 +253,7 @@ Status DenoiseModel::readContract() {
         }
     }
     if (contract_.kernel % 2 == 0 || (contract_.affinity == 0 && !contract_.atrous.empty()) ||
-        (contract_.guides != 0 && contract_.guides != guides::kCount) ||
+        (contract_.guides != 0 && !guides::isCount(contract_.guides)) ||
         contract_.guides > contract_.affinity || contract_.channels.size() < 3 ||
         contract_.channels[0] != "R") {
         return Error{file_, "its metadata contradicts itself (kernel " +

@@ -121,7 +121,7 @@ std::optional<PathEncoder> PathEncoder::read(const std::string& bytes, bool hasC
                                                 : kVertexFeatures + encoder.vertex.back().outputs;
     encoder.embedding = reader.layers(kCommonFeatures + vertices);
     if (!reader.isAtEnd() || encoder.embedding.empty() || !(encoder.logScale > 0.0F) ||
-        (encoder.guides != 0 && encoder.guides != guides::kCount) ||
+        (encoder.guides != 0 && !guides::isCount(encoder.guides)) ||
         encoder.width() > kMostOutputs || kCommonFeatures + vertices > kMostOutputs) {
         return std::nullopt;
     }

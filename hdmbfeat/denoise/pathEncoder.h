@@ -50,8 +50,8 @@ struct PathEncoder {
     /// which vertex it is, of which one is 1 and the others 0.
     std::vector<std::vector<float>> vertexBias;
     std::vector<DenseLayer> embedding; ///< the last one's outputs are the embedding
-    /// How many features of the first vertex that is no mirror follow it as they are: albedo,
-    /// normal and depth, or none.
+    /// How many features of the first vertex that is no mirror follow it as they are: those of
+    /// guides in splat.h, or none.
     int guides = 0;
     /// Whether guides are summed up by the way to that vertex (PathWay); the last recorded vertex
     /// then stands for one that is not there.

@@ -8,6 +8,7 @@
 #include "core/laneMemory.h"
 #include "core/laneQuads.h"
 #include "denoise/pathEncoder.h"
+#include "denoise/splat.h"
 
 namespace mbfeat {
 
@@ -36,10 +37,13 @@ public:
             return embedding;
         }
         const T* const found = features_.data() + extended::kCommon; // addFirstNonDelta()'s
-        T* const guides = std::copy_n(embedding, encoder_.embeddingWidth(), outputs_.data());
-        std::copy_n(found, encoder_.guides, guides);
+        T* const out = std::copy_n(embedding, encoder_.embeddingWidth(), outputs_.data());
+        std::copy_n(found, guides::kWithoutRoughness, out);
+        if (hasRoughness()) {
+            out[kRoughness] = foundRoughness_;
+        }
         if (encoder_.hasWays) {
-            fillGuides(found[kFound], guides);
+            fillGuides(found[kFound], out);
         }
         return outputs_.data();
     }
@@ -56,6 +60,7 @@ private:
     static constexpr int kWidth = LaneTraits<T>::kWidth;
     static constexpr float kLeastAlbedo = 0.05F, kMostAlbedo = 4.0F;
     static constexpr int kFound = 10; ///< of addFirstNonDelta(): whether there is one
+    static constexpr int kRoughness = guides::kCount - 1; ///< of guides, the last one
     static constexpr int kMost = 256; ///< features, and outputs of a layer
     static constexpr float kDepthScale = 0.3F, kSlope = 0.01F, kLargestTint = 4.0F;
 
@@ -82,11 +87,14 @@ private:
         return extended::kCommon;
     }
 
-    /// Albedo, normal, depth, throughput and whether there is one.
-    int addFirstNonDelta(T* out) const {
+    bool hasRoughness() const { return encoder_.guides > kRoughness; }
+
+    /// Albedo, normal, depth, throughput and whether there is one; foundRoughness_, too.
+    int addFirstNonDelta(T* out) {
         constexpr int kSize = kFound + 1;
         std::fill(out, out + kSize, T(0.0F));
         T before(1.0F), length(0.0F);
+        foundRoughness_ = T(0.0F);
         for (int k = 0; k < extended::kVertices; ++k) {
             const T here = before * valid(k) * (T(1.0F) - event(k, 0));
             length = length + distance(k);
@@ -99,13 +107,14 @@ private:
                 out[7 + i] = fma(here, tint, out[7 + i]);
             }
             out[kFound] = out[kFound] + here;
+            foundRoughness_ = fma(here, roughness(k), foundRoughness_);
             before = before * (T(1.0F) - here);
         }
         return kSize;
     }
 
-    /// Where there is none, albedo, normal and depth of the last recorded vertex.
-    void fillGuides(const T& found, T* guides) const {
+    /// Where there is none, those of the last recorded vertex.
+    void fillGuides(const T& found, T* out) const {
         const Mask<T> isThere = found > T(0.5F);
         if (all(isThere)) {
             return;
@@ -116,9 +125,12 @@ private:
             const T next = k + 1 < extended::kVertices ? valid(k + 1) : T(0.0F);
             const T here = select(isThere, T(0.0F), valid(k) * (T(1.0F) - next));
             for (int i = 0; i < 6; ++i) {
-                guides[i] = fma(here, feature(k, i), guides[i]);
+                out[i] = fma(here, feature(k, i), out[i]);
             }
-            guides[6] = fma(here, T(kDepthScale) * logOnePlus(length), guides[6]);
+            out[6] = fma(here, T(kDepthScale) * logOnePlus(length), out[6]);
+            if (hasRoughness()) {
+                out[kRoughness] = fma(here, roughness(k), out[kRoughness]);
+            }
         }
     }
 
@@ -207,6 +219,7 @@ private:
     float perScale_;
     std::array<T, kMost> features_, first_, second_, outputs_;
     std::array<T, 32> row_;
+    T foundRoughness_;
 };
 
 /// encodePaths() but for the classes, on a lane type.

@@ -20,12 +20,21 @@ namespace mbfeat {
 
 class ThreadPool;
 
-/// Features that need no learning: albedo, normal and depth, each of which has a scale.
+/// Features that need no learning: albedo, normal, depth and, where there are eight, roughness,
+/// each of which has a scale.
 namespace guides {
-inline constexpr int kCount = 7, kGroups = 3;
+inline constexpr int kWithoutRoughness = 7, kCount = 8;
+/// Whether there may be so many; none is for the caller to tell.
+inline constexpr bool isCount(int count) {
+    return count == kWithoutRoughness || count == kCount;
+}
 /// The group of the i-th of them.
 inline constexpr int group(int i) {
-    return i / 3;
+    return i < 6 ? i / 3 : i - 4;
+}
+/// How many groups so many of them have.
+inline constexpr int groups(int count) {
+    return count == 0 ? 0 : group(count - 1) + 1;
 }
 } // namespace guides
 
@@ -40,8 +49,8 @@ struct SplatInput {
     const float* bias = nullptr;   ///< [k k]
     int alikeChannels = 0;
     const float* alike = nullptr; ///< [units][alikeChannels][height][width]
-    /// The last of these, none or guides::kCount: their differences are multiplied by `scales`
-    /// [units][guides::kGroups][height][width] of the pixel to which a tap goes.
+    /// The last of these, none or as guides::isCount() says: their differences are multiplied by
+    /// `scales` [units][guides::groups()][height][width] of the pixel to which a tap goes.
     int guides = 0;
     const float* scales = nullptr;
     /// Demodulation, of units apart: the second half of the lights is the first divided by the

@@ -26,7 +26,7 @@ public:
           hidden_(size(input.channels, sourceHeight_)),
           light_(size(input.lights, sourceHeight_)),
           alike_(size(input.alikeChannels, sourceHeight_)),
-          scales_(size(input.guides > 0 ? guides::kGroups : 0, sourceHeight_)),
+          scales_(size(guides::groups(input.guides), sourceHeight_)),
           logits_(size(input.kernel, 1)),
           sums_((static_cast<std::size_t>(input.lights) + 2) * blockSize()),
           weights_(static_cast<std::size_t>(input.kernel) * kWidth) {}
@@ -102,7 +102,7 @@ private:
         copyPlanes(in_.light, unit, in_.lights, light_.data());
         copyPlanes(in_.alike, unit, in_.alikeChannels, alike_.data());
         if (in_.guides > 0) {
-            copyPlanes(in_.scales, unit, guides::kGroups, scales_.data());
+            copyPlanes(in_.scales, unit, guides::groups(in_.guides), scales_.data());
         }
     }
 

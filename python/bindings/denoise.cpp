@@ -123,12 +123,17 @@ nb::object splatArrays(const Array& hidden, const Array& light, const Array& wei
     const auto taps =
         static_cast<std::size_t>(input.kernel) * static_cast<std::size_t>(input.kernel);
     const std::size_t plane = hidden.shape(2) * hidden.shape(3);
+    const auto groups = static_cast<std::size_t>(scales ? scales->shape(1) : 0);
+    const int guided = scales && groups == static_cast<std::size_t>(guides::groups(guides::kWithoutRoughness))
+                           ? guides::kWithoutRoughness
+                           : guides::kCount;
     const bool fits = taps == bias.size() && weight.size() == taps * hidden.shape(1) &&
                       light.size() == hidden.shape(0) * light.shape(1) * plane &&
                       (!presence || presence->size() == hidden.shape(0) * plane) &&
                       (!alike || alike->size() == hidden.shape(0) * alike->shape(1) * plane) &&
-                      (!scales || (alike->shape(1) >= guides::kCount &&
-                                   scales->size() == hidden.shape(0) * guides::kGroups * plane));
+                      (!scales || (groups == static_cast<std::size_t>(guides::groups(guided)) &&
+                                   alike->shape(1) >= static_cast<std::size_t>(guided) &&
+                                   scales->size() == hidden.shape(0) * groups * plane));
     if (!fits) {
         throw BindingError({"splat", "the sizes of its arrays contradict each other"});
     }
@@ -138,7 +143,7 @@ nb::object splatArrays(const Array& hidden, const Array& light, const Array& wei
     input.bias = bias.data();
     input.alikeChannels = alike ? static_cast<int>(alike->shape(1)) : 0;
     input.alike = alike ? alike->data() : nullptr;
-    input.guides = scales ? guides::kCount : 0;
+    input.guides = scales ? guided : 0;
     input.scales = scales ? scales->data() : nullptr;
     input.presence = presence ? presence->data() : nullptr;
     input.apart = apart;
@@ -223,8 +228,8 @@ void bindDenoise(nb::module_& module) {
             "NDArray[numpy.float32] | None = None) -> NDArray[numpy.float32]"),
         "Kernel splatting of hidden [units, channels, h, w] and light [units, lights, h, w] with "
         "weight [k k, channels] and bias [k k], and features alike [units, n, h, w] whose squared "
-        "distances are taken off the logits, with scales [units, 3, h, w] the last seven as "
-        "guides: [lights, h, w].");
+        "distances are taken off the logits, with scales [units, 3 or 4, h, w] the last seven or "
+        "eight as guides: [lights, h, w].");
 }
 
 } // namespace mbfeat

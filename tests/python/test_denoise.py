@@ -185,7 +185,7 @@ def test_raw_image_stays_where_the_model_cannot_be_used(
     [
         ("classPlanes", b"01", "classPlanes"),
         ("classes", b"2", "classes"),
-        ("guides", b"8", "guides"),
+        ("guides", b"9", "guides"),
         ("format", b"9", "format"),
         ("kernel", b"8", "kernel"),
     ],

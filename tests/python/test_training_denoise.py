@@ -16,7 +16,6 @@ from test_training_export import network  # noqa: E402
 from test_training_model import VARIANTS  # noqa: E402
 from training import export  # noqa: E402
 from training.dataset import layout  # noqa: E402
-from training.model.config import GUIDES  # noqa: E402
 from training.model.inputs import network_input  # noqa: E402
 from training.model.sksn import Sksn  # noqa: E402
 
@@ -178,10 +177,10 @@ def test_colours_that_add_up_still_do(name: str, tmp_path: Path) -> None:
     assert np.allclose(found[0], found[1] + found[2], rtol=1e-5, atol=1e-6)
 
 
-@pytest.mark.parametrize("alike", [0, 3, 9])
+@pytest.mark.parametrize(("alike", "groups"), [(0, 0), (3, 0), (9, 3), (10, 4)])
 @pytest.mark.parametrize("apart", [False, True])
 @pytest.mark.parametrize("kernel", [1, 5, 13, 17])
-def test_splat_is_that_of_pytorch(kernel: int, apart: bool, alike: int) -> None:
+def test_splat_is_that_of_pytorch(kernel: int, apart: bool, alike: int, groups: int) -> None:
     """On all lanes, with any number of threads, with logits that overflow an exponential."""
     from training.model.splat import distances, splat
 
@@ -192,14 +191,14 @@ def test_splat_is_that_of_pytorch(kernel: int, apart: bool, alike: int) -> None:
     weight = rng.normal(size=(kernel**2, channels)).astype(np.float32)
     bias = rng.normal(size=kernel**2).astype(np.float32)
     features = rng.normal(size=(units, alike, height, width)).astype(np.float32) if alike else None
-    guided = alike > GUIDES
-    scales = rng.normal(size=(units, 3, height, width)).astype(np.float32) if guided else None
+    shape = (units, groups, height, width)
+    scales = rng.normal(size=shape).astype(np.float32) if groups else None
     for strength in (1.0, 100.0):
         scaled = strength * weight
         logits = np.einsum("tc,uchw->uthw", scaled, hidden) + bias[None, :, None, None]
         logits = logits.astype(np.float32)
         if alike:
-            given_scales = torch.from_numpy(scales) if guided else None
+            given_scales = torch.from_numpy(scales) if groups else None
             logits -= distances(torch.from_numpy(features), kernel, given_scales).numpy()
         units_of = slice(None), None
         given = (logits[units_of], light[units_of]) if apart else (logits[None], light[None])

@@ -13,7 +13,7 @@ torch = pytest.importorskip("torch", reason="torch is only in ./run training's e
 from training.batches import turned  # noqa: E402
 from training.dataset import layout  # noqa: E402
 from training.model import atrous, encoding, inputs, losses  # noqa: E402
-from training.model.config import GUIDES, ConfigError, ModelConfig  # noqa: E402
+from training.model.config import GUIDE_GROUPS, ConfigError, ModelConfig  # noqa: E402
 from training.model.sksn import Sksn, fold_weight_norm, guide_means  # noqa: E402
 from training.model.splat import distances, plain_distances, plain_splat, splat  # noqa: E402
 
@@ -40,7 +40,8 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "two vertices": EXTENDED | {"layers": True, "vertices": 2},
     "encoder of two": EXTENDED | {"layers": True, "vertex_encoder": 8, "vertices": 2},
     "atrous": EXTENDED
-    | {"layers": True, "vertex_encoder": 8, "affinity": 3, "guides": True, "atrous": (1, 3)},
+    | {"layers": True, "vertex_encoder": 8, "affinity": 3, "guides": True, "atrous": (1, 3)}
+    | {"guide_roughness": True},
     "atrous, demodulated": EXTENDED
     | {"layers": True, "increments": False, "affinity": 2, "atrous": (2,), "demodulated": True},
     "one class": EXTENDED
@@ -51,7 +52,8 @@ VARIANTS: dict[str, dict[str, Any]] = {
     | {"layers": True, "vertex_encoder": 8, "classes": 1, "guides": True, "first_hit": True},
     "shrunk paths": SMALL | {"features": "paths", "shrink": 2},
     "shrunk": EXTENDED
-    | {"layers": True, "vertices": 1, "classes": 1, "guides": True, "atrous": (2,), "shrink": 2},
+    | {"layers": True, "vertices": 1, "classes": 1, "guides": True, "atrous": (2,), "shrink": 2}
+    | {"guide_roughness": True},
     "deep": EXTENDED
     | {"layers": True, "unet": (8, 8, 8, 8), "shrink": 2, "atrous": (1,)}
     | {"affinity": 2},
@@ -74,15 +76,18 @@ def plausible(features: str, n: int = 1, samples: int = 3, h: int = 13, w: int =
     return x
 
 
-@pytest.mark.parametrize("guided", [False, True])
-def test_distances_are_from_where_a_tap_goes(guided: bool) -> None:
+GUIDES = sum(GUIDE_GROUPS)
+
+
+@pytest.mark.parametrize("groups", [0, 3, 4])
+def test_distances_are_from_where_a_tap_goes(groups: int) -> None:
     """By the definition, in both forms, with the gradient of differences."""
     torch.manual_seed(2)
     k, r, height, width = 5, 2, 5, 4
-    count = 2 + (GUIDES if guided else 0)
+    count = 2 + sum(GUIDE_GROUPS[:groups])
     f = torch.randn(2, count, height, width, dtype=torch.float64, requires_grad=True)
-    s = torch.randn(2, 3, height, width, dtype=torch.float64, requires_grad=True)
-    scales = s if guided else None
+    s = torch.randn(2, groups, height, width, dtype=torch.float64, requires_grad=True)
+    scales = s if groups else None
     found = distances(f, k, scales)
     for tap, y, x in np.ndindex(k * k, height, width):
         row, column = y + r - tap // k, x + r - tap % k
@@ -90,13 +95,12 @@ def test_distances_are_from_where_a_tap_goes(guided: bool) -> None:
         if 0 <= row < height and 0 <= column < width:
             square = (f[:, :, y, x] - f[:, :, row, column]) ** 2
             expected = square[:, :2].sum(dim=1)
-            if guided:
-                albedo, normal, depth = (s[:, g, row, column] ** 2 for g in range(3))
-                expected = expected + albedo * square[:, 2:5].sum(dim=1)
-                expected = expected + normal * square[:, 5:8].sum(dim=1) + depth * square[:, 8]
+            for group, part in zip(range(groups), ((2, 5), (5, 8), (8, 9), (9, 10)), strict=False):
+                apart = square[:, slice(*part)].sum(dim=1)
+                expected = expected + s[:, group, row, column] ** 2 * apart
         torch.testing.assert_close(found[:, tap, y, x], expected)
     torch.testing.assert_close(plain_distances(f, k, scales), found)
-    given = (f, s) if guided else (f,)
+    given = (f, s) if groups else (f,)
     assert torch.autograd.gradcheck(lambda f, *s: distances(f, k, *s), given)
 
 
@@ -149,8 +153,9 @@ def test_passes_after_the_splat_are_their_definition() -> None:
     torch.manual_seed(3)
     height, width, dilation = 7, 9, 3
     image = torch.rand(2, 3, height, width)
-    features, scales = torch.randn(2, 2 + GUIDES, height, width), torch.randn(2, 3, height, width)
-    centre, table = torch.randn(2, 1, height, width), torch.randn(1, atrous.TAPS + 1)
+    features = torch.randn(2, 2 + GUIDES, height, width)
+    scales = 0.5 * torch.randn(2, 4, height, width)
+    centre, table = torch.randn(2, 1, height, width), torch.rand(1, atrous.TAPS + 1)
     likeness = atrous.Likeness(features, scales)
     found = atrous.filtered(image, likeness, centre, table, (dilation,))
     for n, y, x in np.ndindex(2, height, width):
@@ -159,9 +164,10 @@ def test_passes_after_the_splat_are_their_definition() -> None:
             row, column = y + dilation * (tap // 5 - 2), x + dilation * (tap % 5 - 2)
             if 0 <= row < height and 0 <= column < width:
                 square = (features[n, :, y, x] - features[n, :, row, column]) ** 2
-                albedo, normal, depth = (scales[n, g, y, x] ** 2 for g in range(3))
+                albedo, normal, depth, roughness = (scales[n, g, y, x] ** 2 for g in range(4))
                 apart = square[:2].sum() + albedo * square[2:5].sum()
                 apart = apart + normal * square[5:8].sum() + depth * square[8]
+                apart = apart + roughness * square[9]
                 own = centre[n, 0, y, x] if tap == atrous.MIDDLE else -table[0, -1] * apart
                 weight = torch.exp(table[0, tap] + own)
                 total, weights = total + weight * image[n, :, row, column], weights + weight
@@ -172,7 +178,7 @@ def test_passes_have_the_gradients_of_their_plain_twin() -> None:
     torch.manual_seed(4)
     likeness = atrous.Likeness(
         torch.randn(2, 2 + GUIDES, 6, 7, dtype=torch.float64, requires_grad=True),
-        torch.randn(2, 3, 6, 7, dtype=torch.float64, requires_grad=True),
+        torch.randn(2, 4, 6, 7, dtype=torch.float64, requires_grad=True),
     )
     image = torch.rand(2, 3, 6, 7, dtype=torch.float64, requires_grad=True)
     centre = torch.randn(2, 2, 6, 7, dtype=torch.float64, requires_grad=True)
@@ -191,7 +197,7 @@ def test_guides_are_means_and_filled_where_a_class_is_missing() -> None:
     sums = torch.zeros(1, GUIDES + 1, 5, 5)
     sums[0, :GUIDES, 2, 2] = 0.25 * torch.arange(GUIDES)
     sums[0, GUIDES, 2, 2] = 0.25
-    found = guide_means(sums, 0)
+    found = guide_means(sums, 0, GUIDES)
     expected = torch.arange(GUIDES, dtype=torch.float32)[:, None, None].expand(GUIDES, 5, 5)
     torch.testing.assert_close(found[0], expected, rtol=0.01, atol=0.0)
 
@@ -203,7 +209,7 @@ def test_guides_of_several_ways_are_those_of_the_commonest() -> None:
     rows[0, GUIDES] = 0.875
     rows[0, GUIDES + 1 : 2 * GUIDES + 1] = 0.125 * 5.0
     rows[0, 2 * GUIDES + 1] = 0.125
-    found = guide_means(rows, 0)
+    found = guide_means(rows, 0, GUIDES)
     torch.testing.assert_close(found, torch.ones_like(found), rtol=0.0, atol=0.02)
 
 
@@ -222,6 +228,7 @@ def test_ways_and_guides_follow_the_path() -> None:
             x[path, names.index(f"valid:{k}")] = 1
             x[path, names.index(f"mbfeat:albedo:{k}.R")] = 0.1 * (k + 1)
             x[path, names.index(f"mbfeat:distance:{k}.Z")] = 1.0
+            x[path, names.index(f"mbfeat:roughness:{k}.Y")] = 0.2 * (k + 1)
             if event:
                 x[path, names.index(f"specular:{k}")] = 1
                 x[path, names.index(f"{event}:{k}")] = 1
@@ -235,6 +242,7 @@ def test_ways_and_guides_follow_the_path() -> None:
     torch.testing.assert_close(found[:, 0], torch.tensor([0.3, 0.2, 0.4, 0.4]))
     depths = encoding.DEPTH_SCALE * torch.log1p(torch.tensor([3.0, 2.0, 4.0, 4.0]))
     torch.testing.assert_close(found[:, 6], depths)
+    torch.testing.assert_close(found[:, 7], torch.tensor([0.6, 0.4, 0.8, 0.8]))
 
 
 def test_published_size_and_parameters() -> None:

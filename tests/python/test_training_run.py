@@ -174,6 +174,27 @@ def test_training_goes_on_from_an_exported_network(name: str, data: Path, tmp_pa
         Trainer(tmp_path / "third", other, sets, seed=3, initial=start)
 
 
+def test_guides_are_added_to_a_network_that_had_fewer(data: Path, tmp_path: Path) -> None:
+    """It gives the same image as long as the new ones' scales are 0, and learns from there."""
+    before = ["model.vertex_encoder=8", "model.guide_roughness=false"]
+    first = trainer(tmp_path / "first", data, *before, name="best")
+    first.run(2)
+    start = initial.read(tmp_path / "first" / MODEL)
+    config = Config.read("best", *TINY, "model.vertex_encoder=8")
+    assert config.model.guide_roughness
+    second = Trainer(tmp_path / "second", config, [Dataset(data)], seed=3, initial=start)
+    assert second.model.scales is not None
+    made = Trainer(tmp_path / "made", config, [Dataset(data)], seed=3).model
+    assert made.scales is not None
+    assert torch.equal(second.model.scales.bias[3:], made.scales.bias[3:])
+    x = second.batches.batch(0, [0]).x
+    with torch.no_grad():
+        second.model.scales.weight[3:] = 0.0
+        second.model.scales.bias[3:] = 0.0
+        torch.testing.assert_close(second.model(x), first.averaged()(x))
+    second.run(2)
+
+
 def test_files_that_are_no_networks_are_named(tmp_path: Path) -> None:
     pytest.importorskip("onnx", reason="onnx is only in ./run training's environment")
     for name in ("none.onnx", "none.pt"):

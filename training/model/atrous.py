@@ -55,7 +55,7 @@ class ATrous(nn.Module):
 
 
 class Likeness(NamedTuple):
-    """Features [n, d, h, w], and where the last are guides their scales [n, 3, h, w]."""
+    """Features [n, d, h, w], and where the last are guides their scales [n, groups, h, w]."""
 
     features: Tensor
     scales: Tensor | None = None

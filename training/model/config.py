@@ -8,9 +8,9 @@ from typing import Any, TypeVar
 
 T = TypeVar("T")
 
-# Albedo, normal and depth of the first vertex that is no mirror nor clear glass.
-GUIDE_GROUPS = (3, 3, 1)
-GUIDES = sum(GUIDE_GROUPS)
+# Albedo, normal, depth and, where the configuration says so, roughness of the first vertex that is
+# no mirror nor clear glass. Each group has a scale.
+GUIDE_GROUPS = (3, 3, 1, 1)
 # Of networks with one class, guides are summed up by the way to that vertex, see encoding.ways().
 WAYS = 3
 FEATURE_SETS = ("gbuffer", "paths", "extended")
@@ -41,7 +41,8 @@ class ModelConfig:
     nor clear glass, multiplies what arrives by the albedo there, and mixes both as it has learned
     to: textures need not be told from noise. It needs `layers` too.
     `guides` adds the class's mean albedo, normal and depth of that vertex to the features of
-    `affinity`, scaled as learned, so that their edges need not be found by the network.
+    `affinity`, scaled as learned, so that their edges need not be found by the network, and
+    `guide_roughness` its roughness, too, by which metal is told from a wall of its colour.
     `atrous` are the dilations of passes that follow the splat, see training.model.atrous; they need
     features of at least one of both kinds.
     `classes` is how many kernels a pixel of `layers` has: 3, or 1 for all of its paths together,
@@ -74,6 +75,7 @@ class ModelConfig:
     affinity: int = 0
     demodulated: bool = False
     guides: bool = False
+    guide_roughness: bool = False
     atrous: tuple[int, ...] = ()
     classes: int = 3
     first_hit: bool = False
@@ -111,6 +113,8 @@ class ModelConfig:
             raise ConfigError("model.demodulated needs model.layers, and no pyramid")
         if self.guides and (self.pyramid > 1 or not self.layers):
             raise ConfigError("model.guides needs model.layers, and no pyramid")
+        if self.guide_roughness and not self.guides:
+            raise ConfigError("model.guide_roughness needs model.guides")
         if self.atrous and (self.likeness == 0 or min(self.atrous) < 1):
             raise ConfigError(
                 f"model.atrous is {list(self.atrous)}; it needs positive dilations, and "
@@ -128,11 +132,21 @@ class ModelConfig:
             raise ConfigError(f"model.layers needs model.steps=1, not {self.steps}")
 
     @property
+    def guide_groups(self) -> tuple[int, ...]:
+        """How many guides share a scale, group by group."""
+        if not self.guides:
+            return ()
+        return GUIDE_GROUPS if self.guide_roughness else GUIDE_GROUPS[:-1]
+
+    @property
+    def guide_count(self) -> int:
+        """Guides of a pixel."""
+        return sum(self.guide_groups)
+
+    @property
     def guide_planes(self) -> int:
         """Sums of guides and shares that a class has."""
-        if not self.guides:
-            return 1
-        return (GUIDES + 1) * (WAYS if self.classes == 1 else 1)
+        return (self.guide_count + 1) * (WAYS if self.guides and self.classes == 1 else 1)
 
     @property
     def unit(self) -> int:
@@ -152,7 +166,7 @@ class ModelConfig:
     @property
     def likeness(self) -> int:
         """Features by which a class's pixels are compared, learned ones and guides."""
-        return self.affinity + (GUIDES if self.guides else 0)
+        return self.affinity + self.guide_count
 
     @property
     def spread(self) -> int:

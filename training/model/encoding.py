@@ -10,7 +10,7 @@ from torch import Tensor, nn
 
 from training.dataset.layout import EXTENDED, FEATURES, VERTICES
 from training.model.blocks import pointwise
-from training.model.config import GUIDES, ModelConfig
+from training.model.config import ModelConfig
 from training.model.inputs import CHANNELS, COMMON, EVENT_BITS, PER_VERTEX
 
 COUNT = len(VERTICES)
@@ -18,6 +18,8 @@ FLAT = len(COMMON) + len(FEATURES)
 DEPTH_SCALE = 0.3
 EXTENDED_PER_VERTEX = len(EXTENDED) // COUNT  # roughness, distance, throughput
 LEAST_ALBEDO, MOST_ALBEDO = 0.05, 4.0
+FOUND = 10  # of first_non_delta(): whether there is one
+PLACED = 7  # of first_non_delta(): albedo, normal and depth come first
 
 
 class Vertices:
@@ -55,7 +57,7 @@ def path_class(v: Vertices) -> Tensor:
 
 
 def first_non_delta(v: Vertices) -> Tensor:
-    """Albedo, normal, depth, throughput and whether there is one [n, 11, h, w].
+    """Albedo, normal, depth, throughput, whether there is one, and roughness [n, 12, h, w].
 
     Of the first vertex that is neither mirror nor clear glass.
     """
@@ -72,6 +74,7 @@ def first_non_delta(v: Vertices) -> Tensor:
                 DEPTH_SCALE * torch.log1p(length),
                 torch.clamp(v.throughput[k], 0.0, 4.0),
                 torch.ones_like(length),
+                v.roughness[k],
             ],
             dim=1,
         )
@@ -80,20 +83,24 @@ def first_non_delta(v: Vertices) -> Tensor:
     return torch.stack(parts).sum(dim=0)
 
 
-def guides(v: Vertices) -> Tensor:
-    """Albedo, normal and depth [n, 7, h, w] of the first vertex that is no mirror nor clear glass.
+def found_guides(found: Tensor) -> Tensor:
+    """Albedo, normal, depth and roughness [n, 8, h, w] of what first_non_delta() found."""
+    return torch.cat([found[:, :PLACED], found[:, FOUND + 1 :]], dim=1)
 
-    Of the last one that is recorded where none of them is.
-    """
+
+def guides(v: Vertices) -> Tensor:
+    """The same of a path [n, 8, h, w]; of its last recorded vertex where there is no such one."""
     found = first_non_delta(v)
-    last = torch.zeros_like(found[:, :GUIDES])
+    placed = found_guides(found)
+    last = torch.zeros_like(placed)
     length = torch.zeros_like(v.valid[0])
     for k in VERTICES:
         length = length + v.distance[k]
         here = v.valid[k] * (1.0 - v.valid[k + 1]) if k + 1 < COUNT else v.valid[k]
         depth = DEPTH_SCALE * torch.log1p(length)
-        last = last + here * torch.cat([v.albedo[k], v.normal[k], depth], dim=1)
-    return torch.where(found[:, 10:11] > 0.5, found[:, :GUIDES], last)
+        row = torch.cat([v.albedo[k], v.normal[k], depth, v.roughness[k]], dim=1)
+        last = last + here * row
+    return torch.where(found[:, FOUND : FOUND + 1] > 0.5, placed, last)
 
 
 def ways(v: Vertices) -> Tensor:
@@ -120,7 +127,7 @@ def demodulator(v: Vertices) -> Tensor:
     found = first_non_delta(v)
     albedo = found[:, 0:3] * found[:, 7:10]
     albedo = torch.clamp(albedo, LEAST_ALBEDO, MOST_ALBEDO)
-    return torch.where(found[:, 10:11] > 0.5, albedo, torch.ones_like(albedo))
+    return torch.where(found[:, FOUND : FOUND + 1] > 0.5, albedo, torch.ones_like(albedo))
 
 
 class Encoding(nn.Module):
@@ -135,7 +142,7 @@ class Encoding(nn.Module):
         self.config = config
         self.width = FLAT
         if config.features == "extended":
-            self.width = len(COMMON) + (11 if config.first_non_delta else 0)
+            self.width = len(COMMON) + (FOUND + 1 if config.first_non_delta else 0)
             row = PER_VERTEX + (
                 len(EVENT_BITS) + EXTENDED_PER_VERTEX + 4 if config.valid_bits else 0
             )
@@ -170,7 +177,7 @@ class Encoding(nn.Module):
         rows = [self._vertex(v, k) for k in range(self.config.vertices)]
         parts = [common]
         if self.config.first_non_delta:
-            parts.append(first_non_delta(v))
+            parts.append(first_non_delta(v)[:, : FOUND + 1])
         if self.config.vertex_encoder:
             parts += [rows[0], self._shared(v, rows)]
         else:

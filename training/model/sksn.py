@@ -11,12 +11,13 @@ from torch.nn.utils import parametrize
 
 from training.model.atrous import ATrous, Likeness
 from training.model.blocks import ShrunkUNet, UNet, pointwise
-from training.model.config import GUIDE_GROUPS, GUIDES, WAYS, ModelConfig
+from training.model.config import WAYS, ModelConfig
 from training.model.encoding import (
     Encoding,
     Vertices,
     demodulator,
     first_non_delta,
+    found_guides,
     guides,
     path_class,
     ways,
@@ -26,7 +27,7 @@ from training.model.pyramid import Pyramid
 from training.model.splat import distances, plain_distances, plain_splat, splat
 
 # Of guides in an untrained network: what is apart by one over this counts as 1 in the logit.
-GUIDE_SCALES = (4.0, 2.0, 10.0)
+GUIDE_SCALES = (4.0, 2.0, 10.0, 2.0)
 # What pixels around count for in the guides of a pixel: nothing beside samples of its own, all
 # where its class has none.
 FILLED = 0.02
@@ -42,7 +43,7 @@ class Hidden(NamedTuple):
     mean over samples after the first step, for the manifold loss. With `demodulated` radiance has
     three more channels, divided by the albedo, whose mean is `albedo` [n, units, 3, h, w], 0 in
     units that have no sample. `alike` [n units, likeness, h, w] are the features of `affinity` and
-    `guides`, `scales` [n units, 3, h, w] those of the guides.
+    `guides`, `scales` [n units, groups, h, w] those of the guides.
     """
 
     hidden: Tensor
@@ -83,7 +84,7 @@ class Sksn(nn.Module):
             )
             inputs = wide + config.context_width
         if config.layers:
-            inputs += 1 + (GUIDES if config.guides else 0)
+            inputs += 1 + config.guide_count
         hidden = config.regressor_layers - 1
         self.regressor = (
             pointwise(inputs, wide, wide, hidden, weight_norm=norm) if hidden else nn.Identity()
@@ -95,11 +96,12 @@ class Sksn(nn.Module):
             self.kernels = nn.Conv2d(last, config.kernel**2, 1)
         self._start_narrow()
         self.alike = nn.Conv2d(last, config.affinity, 1, bias=False) if config.affinity else None
-        self.scales = nn.Conv2d(last, len(GUIDE_GROUPS), 1) if config.guides else None
+        groups = len(config.guide_groups)
+        self.scales = nn.Conv2d(last, groups, 1) if config.guides else None
         if self.scales is not None and self.scales.bias is not None:
             nn.init.normal_(self.scales.weight, std=0.01)
             with torch.no_grad():
-                self.scales.bias.copy_(torch.tensor(GUIDE_SCALES))
+                self.scales.bias.copy_(torch.tensor(GUIDE_SCALES[:groups]))
         self.atrous = ATrous(last, config.atrous) if config.atrous else None
         self.gate = nn.Conv2d(last, 1, 1) if config.demodulated else None
         if self.gate is not None and self.gate.bias is not None:
@@ -204,9 +206,10 @@ class Sksn(nn.Module):
 
     def _guides(self, v: Vertices) -> list[Tensor]:
         """What is summed up of guides: they, or by each way they and its share."""
+        count = self.config.guide_count
         if not self._has_ways():
-            return [first_non_delta(v)[:, :GUIDES]]
-        found = torch.nn.functional.pad(guides(v), (0, 0, 0, 0, 0, 1), value=1.0)
+            return [found_guides(first_non_delta(v))[:, :count]]
+        found = torch.nn.functional.pad(guides(v)[:, :count], (0, 0, 0, 0, 0, 1), value=1.0)
         way = ways(v)
         return [way[:, i : i + 1] * found for i in range(WAYS)]
 
@@ -222,10 +225,10 @@ class Sksn(nn.Module):
         """
         context = self.contexts[0](self._embedding(classes))
         flat = classes.flatten(0, 1)
-        own = self.config.width
-        guide = guide_means(flat, own) if self.config.guides else None
+        own, count = self.config.width, self.config.guide_count
+        guide = guide_means(flat, own, count) if self.config.guides else None
         if guide is not None and self._has_ways():
-            straight = flat[:, own + GUIDES : own + GUIDES + 1]
+            straight = flat[:, own + count : own + count + 1]
             flat = torch.cat([flat[:, :own], guide, straight], dim=1)
         regressed = self._regressed(flat, context)
         parts = [] if self.alike is None else [self.alike(regressed)]
@@ -327,23 +330,23 @@ def modulated(parts: Tensor, gate: Tensor, albedo: Tensor) -> Tensor:
     return (1.0 - gate) * parts[:, :, :3] + gate * albedo * parts[:, :, 3:]
 
 
-def guide_means(sums: Tensor, first: int) -> Tensor:
-    """Mean guides [n, GUIDES, h, w] of sums over samples [n, planes, h, w], from plane `first` on.
+def guide_means(sums: Tensor, first: int, count: int) -> Tensor:
+    """Mean guides [n, count, h, w] of sums over samples [n, planes, h, w], from plane `first` on.
 
     Guides are followed by their share. Where a class has no sample, those of the pixels around. Of
     sums by ways, which are more planes, about those of the commonest one: each mean counts by the
     cube of its share.
     """
-    rows = [sums[:, i : i + GUIDES + 1] for i in range(first, sums.shape[1], GUIDES + 1)]
+    rows = [sums[:, i : i + count + 1] for i in range(first, sums.shape[1], count + 1)]
     own = rows[0]
     if len(rows) > 1:
-        weighted = [row * row[:, GUIDES:] ** 2 for row in rows]
+        weighted = [row * row[:, count:] ** 2 for row in rows]
         own = weighted[0]
         for row in weighted[1:]:
             own = own + row
     around = nn.functional.avg_pool2d(own, 5, stride=1, padding=2)
     filled = own + FILLED * around
-    return filled[:, :GUIDES] / (filled[:, GUIDES:] + 1e-6)
+    return filled[:, :count] / (filled[:, count:] + 1e-6)
 
 
 def _repeated(x: Tensor, samples: int) -> Tensor:

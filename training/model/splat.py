@@ -16,7 +16,7 @@ import torch
 from torch import Tensor
 from torch.nn.functional import pad, unfold
 
-from training.model.config import GUIDE_GROUPS, GUIDES
+from training.model.config import GUIDE_GROUPS
 
 Area = tuple[slice, slice, slice, slice]
 Border = tuple[int, int, int, int]
@@ -162,14 +162,15 @@ class _Distances(torch.autograd.Function):
 def scaled_parts(features: Tensor, scales: Tensor | None) -> Iterator[tuple[slice, Tensor | None]]:
     """Features that have a scale in common, and it [n, 1, h, w].
 
-    Learned ones, which have none, and with `scales` [n, 3, h, w] after them albedo, normal and
-    depth of the guides.
+    Learned ones, which have none, and with `scales` [n, groups, h, w] after them the guides, which
+    are albedo, normal, depth and, of four groups, roughness.
     """
-    first = features.shape[1] - (0 if scales is None else GUIDES)
+    groups = () if scales is None else GUIDE_GROUPS[: scales.shape[1]]
+    first = features.shape[1] - sum(groups)
     if first:
         yield slice(0, first), None
     if scales is not None:
-        for group, size in enumerate(GUIDE_GROUPS):
+        for group, size in enumerate(groups):
             yield slice(first, first + size), scales[:, group : group + 1]
             first += size
 
@@ -216,7 +217,7 @@ def distances(
 ) -> Tensor:
     """Squared distances [n, k k, h, w] of features [n, d, h, w] at a pixel from those at its taps.
 
-    With `scales` [n, 3, h, w] the last features are guides, whose differences are multiplied by
+    With `scales` [n, groups, h, w] the last features are guides, whose differences are multiplied by
     those of the pixel that a tap goes to, with `own` of the tap's own pixel. 0 where that is
     outside the image. Taps lie `dilation` pixels apart.
     """

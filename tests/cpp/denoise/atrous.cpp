@@ -33,7 +33,7 @@ struct Example {
         };
         light = planes(kLights, 1.0F);
         alike = planes(kAlike, std::sqrt(strength));
-        scales = planes(guides::kGroups, 1.0F);
+        scales = planes(guides::groups(guides::kCount), 1.0F);
         centre = planes(1, strength);
         for (int tap = 0; tap < atrous::kTaps; ++tap) {
             spatial.push_back(strength * normal(random));
