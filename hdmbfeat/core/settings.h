@@ -92,6 +92,9 @@ struct DenoiseSettings {
 /// The largest number of bounces that can be asked for.
 inline constexpr int kMostBounces = 1024;
 
+/// RenderOptions::splitting that leaves the choice to a trial, see integrate/splitting.h.
+inline constexpr int kFittedSplitting = 0;
+
 /// The resolved settings with C++ types, as the renderer wants them.
 struct RenderOptions {
     int samplesPerPixel = 64; ///< of every pixel; with a target or a time limit: the most
@@ -109,7 +112,8 @@ struct RenderOptions {
     PixelFilter pixelFilter = PixelFilter::kBlackmanHarris;
     float pixelFilterWidth = 3.0F; ///< full width, pixels
     int russianRouletteStart = 2;  ///< wide scatterings after which a path may be ended
-    float clampDirect = 0.0F;      ///< largest sample value, 0: no clamp (biased when on)
+    int splitting = 0; ///< paths that one becomes at its first wide scattering; 0: as it pays
+    float clampDirect = 0.0F; ///< largest sample value, 0: no clamp (biased when on)
     float clampIndirect = 0.0F;
     bool robust = true; ///< Embree's watertight traversal
     Kernel kernel = Kernel::kAuto;

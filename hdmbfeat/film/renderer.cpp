@@ -271,6 +271,9 @@ struct Renderer::Impl final : PassObserver {
         const RenderView& view = job.views[index];
         IntegratorRequest request;
         request.options = job.options;
+        if (job.interactive && job.options.splitting == kFittedSplitting) {
+            request.options.splitting = 1; // a trial would take as long as the first pass does
+        }
         request.recordFlags = view.film->recordFlags();
         request.primvars = view.film->primvars();
         request.frame = job.frame;

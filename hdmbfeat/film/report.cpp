@@ -83,6 +83,7 @@ void writeKernel(JsonWriter& json, const KernelChoice& kernel) {
     json.key("kernel").beginObject();
     json.key("instructions").value(kernel.instructions);
     json.key("prebuilt").value(kernel.prebuilt);
+    json.key("branches").value(kernel.branches);
     json.key("handled").value(effectNames(kernel.handled)).endObject();
 }
 

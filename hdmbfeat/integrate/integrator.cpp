@@ -12,6 +12,7 @@
 #include "integrate/census.h"
 #include "integrate/effectParts.h"
 #include "integrate/kernels.h"
+#include "integrate/splitting.h"
 #include "shading/lightSampler.h"
 
 namespace mbfeat {
@@ -92,6 +93,41 @@ struct Integrator::Impl {
 
     Diagnostics& messages() const {
         return request.messages != nullptr ? *request.messages : scene.diagnostics();
+    }
+
+    int branches = 1; ///< that each path of the view becomes
+
+    PathContext context() const {
+        return {accel,
+                lights,
+                camera,
+                filter,
+                request.options,
+                request.primvars,
+                request.recordFlags,
+                request.frame,
+                handled};
+    }
+
+    std::unique_ptr<PathWorker> makeWorker(int branchesOfPath) const {
+        const bool large = accel.triangleCount() + accel.instanceCount() >= kLargeScene;
+        const bool allFields = (request.recordFlags & kRecordFirstNonDelta) != 0 ||
+                               handled.has(Effect::kLightMultipliers);
+        return makePathWorker(request.options.kernel,
+                              (large ? kLargeBatch : kSmallBatch) / branchesOfPath, branchesOfPath,
+                              allFields, request.recordFlags, closureParts(handled));
+    }
+
+    /// Records tell of one path, and a clamp of what one path brings: there is one branch then.
+    void chooseBranches(int width, int height) {
+        const RenderOptions& options = request.options;
+        const bool whole = (request.recordFlags & (kPathRecordFlags | kRecordContributions)) != 0;
+        const bool clamped = options.clampDirect > 0.0F || options.clampIndirect > 0.0F;
+        branches = whole || clamped ? 1 : options.splitting;
+        if (branches == kFittedSplitting) {
+            branches = fittedBranches(context(), width, height, camera.exposureScale(),
+                                      [this](int count) { return makeWorker(count); });
+        }
     }
 
     void rejectNonFinite(int x, int y, std::uint32_t sampleIndex, PathRecord& record) const {
@@ -189,25 +225,19 @@ Status Integrator::setView(const Camera& camera, const ImageWindow& window,
     m.camera = CameraRays(seen, window, m.scene.origin());
     m.handled |= m.camera.hasLens() ? EffectSet(Effect::kDepthOfField) : EffectSet();
     m.filter = FilterSampler(request.options.pixelFilter, request.options.pixelFilterWidth);
+    m.chooseBranches(window.width, window.height);
     return {};
 }
 
 std::unique_ptr<PathWorker> Integrator::makeWorker() const {
-    const Impl& m = *impl_;
-    const bool large = m.accel.triangleCount() + m.accel.instanceCount() >= kLargeScene;
-    const bool allFields = (m.request.recordFlags & kRecordFirstNonDelta) != 0 ||
-                           m.handled.has(Effect::kLightMultipliers);
-    return makePathWorker(m.request.options.kernel, large ? kLargeBatch : kSmallBatch, allFields,
-                          m.request.recordFlags, closureParts(m.handled));
+    return impl_->makeWorker(impl_->branches);
 }
 
 bool Integrator::trace(PathWorker& worker, const PixelSample* samples, int count,
                        const StopCheck& stop) const {
     const Impl& m = *impl_;
     const std::uint32_t flags = m.request.recordFlags;
-    const PathContext context{m.accel,  m.lights,          m.camera,
-                              m.filter, m.request.options, m.request.primvars,
-                              flags,    m.request.frame,   m.handled};
+    const PathContext context = m.context();
     const PathCounts before = worker.counts();
     const bool done = worker.trace(context, samples, count, stop);
     CounterShard& counters = m.counters[shardOfThread()];
@@ -236,7 +266,8 @@ EffectCensus Integrator::census() const {
 KernelChoice Integrator::kernel() const {
     const Kernel wanted = impl_->request.options.kernel;
     return {kernelName(chooseKernel(wanted)),
-            prebuiltName(choosePrebuilt(wanted, closureParts(impl_->handled))), impl_->handled};
+            prebuiltName(choosePrebuilt(wanted, closureParts(impl_->handled))), impl_->handled,
+            impl_->branches};
 }
 
 bool Integrator::hasLens() const {

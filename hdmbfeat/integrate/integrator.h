@@ -47,6 +47,7 @@ struct KernelChoice {
     std::string instructions; ///< "scalar", "avx2" or "avx512"
     std::string prebuilt;     ///< "diffuse", "opaque", "glass", "coated" or "full"
     EffectSet handled;        ///< what the scene and the view call for, and what was forced on
+    int branches = 1;         ///< paths that each becomes at its first wide scattering
 };
 
 /// Memory of a render, bytes.

@@ -6,8 +6,8 @@ namespace mbfeat {
 
 namespace {
 
-using Factory = PathWorker* (*)(int capacity, bool allFields, std::uint32_t recordFlags,
-                                std::uint32_t parts);
+using Factory = PathWorker* (*)(int capacity, int branches, bool allFields,
+                                std::uint32_t recordFlags, std::uint32_t parts);
 
 /// The AVX-512 kernel's factory; null where the processor or the module is lacking. The module
 /// stays loaded: workers may outlive any owner of a handle.
@@ -91,20 +91,23 @@ const char* prebuiltName(std::uint32_t prebuilt) {
     }
 }
 
-std::unique_ptr<PathWorker> makePathWorker(Kernel kernel, int capacity, bool allFields,
-                                           std::uint32_t recordFlags, std::uint32_t parts) {
+std::unique_ptr<PathWorker> makePathWorker(Kernel kernel, int capacity, int branches,
+                                           bool allFields, std::uint32_t recordFlags,
+                                           std::uint32_t parts) {
     const std::uint32_t prebuilt = choosePrebuilt(kernel, parts);
     switch (chooseKernel(kernel)) {
     case Kernel::kScalar:
-        return std::unique_ptr<PathWorker>(makeScalarWorker(capacity, allFields, recordFlags));
+        return std::unique_ptr<PathWorker>(
+            makeScalarWorker(capacity, branches, allFields, recordFlags));
     case Kernel::kAvx512:
         return std::unique_ptr<PathWorker>(
-            wideFactory()(capacity, allFields, recordFlags, prebuilt));
+            wideFactory()(capacity, branches, allFields, recordFlags, prebuilt));
     case Kernel::kAvx2:
     case Kernel::kAuto:
         break;
     }
-    return std::unique_ptr<PathWorker>(makeLanesWorker(capacity, allFields, recordFlags, prebuilt));
+    return std::unique_ptr<PathWorker>(
+        makeLanesWorker(capacity, branches, allFields, recordFlags, prebuilt));
 }
 
 } // namespace mbfeat

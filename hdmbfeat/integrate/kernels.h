@@ -36,17 +36,19 @@ std::uint32_t choosePrebuilt(Kernel kernel, std::uint32_t parts);
 /// "diffuse", "opaque", "glass", "coated" or "full".
 const char* prebuiltName(std::uint32_t prebuilt);
 
-/// A worker for batches of up to `capacity` paths. `allFields`: the first vertex without a delta is
-/// recorded, or lights have multipliers. `recordFlags`: the parts of the record that there is room
-/// for. `parts`: of the closure, what surfaces of the scene have.
-std::unique_ptr<PathWorker> makePathWorker(Kernel kernel, int capacity, bool allFields,
-                                           std::uint32_t recordFlags, std::uint32_t parts);
+/// A worker for batches of up to `capacity` paths, each of which may become `branches`.
+/// `allFields`: the first vertex without a delta is recorded, or lights have multipliers.
+/// `recordFlags`: the parts of the record that there is room for. `parts`: of the closure, what
+/// surfaces of the scene have.
+std::unique_ptr<PathWorker> makePathWorker(Kernel kernel, int capacity, int branches,
+                                           bool allFields, std::uint32_t recordFlags,
+                                           std::uint32_t parts);
 
-PathWorker* makeScalarWorker(int capacity, bool allFields, std::uint32_t recordFlags);
+PathWorker* makeScalarWorker(int capacity, int branches, bool allFields, std::uint32_t recordFlags);
 
 } // namespace mbfeat
 
 /// The SIMD kernel of the library's own instruction set for one of kPrebuiltParts; the caller owns
 /// the worker.
-extern "C" mbfeat::PathWorker* makeLanesWorker(int capacity, bool allFields,
+extern "C" mbfeat::PathWorker* makeLanesWorker(int capacity, int branches, bool allFields,
                                                std::uint32_t recordFlags, std::uint32_t parts);

@@ -11,6 +11,9 @@
 
 namespace mbfeat {
 
+/// Lobes rougher than this spread light widely.
+inline constexpr float kWideRoughness = 0.3F;
+
 /// The inputs of UsdPreviewSurface after all look-ups, in range (evaluateMaterial clamps them).
 template <class T>
 struct SurfaceParameters {

@@ -50,6 +50,7 @@ public:
     }
 
     Mask<T> hasNonDelta() const { return maxComponent(color_) > T(0); }
+    Mask<T> spreadsWidely() const { return hasNonDelta(); }
     Vec3<T> albedo() const { return color_; }
 
 private:

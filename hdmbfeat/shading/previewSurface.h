@@ -77,6 +77,11 @@ public:
     /// True where evaluate() can be different from zero, so that light sampling makes sense.
     Mask<T> hasNonDelta() const;
 
+    /// True where light is scattered diffusely, or by a rough interface.
+    Mask<T> spreadsWidely() const {
+        return maxComponent(diffuse_) > T(0) || p_.roughness > T(kWideRoughness);
+    }
+
     /// The albedo feature, 0..1: diffuseColor, which is the tint of glass and the
     /// normal-incidence colour of metal too. The specular workflow puts specularColor over it.
     Vec3<T> albedo() const;

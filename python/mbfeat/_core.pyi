@@ -735,5 +735,5 @@ def denoise_file(path: str, model: str = '', features: DenoiseFeatures = ..., th
 
 def splat(hidden: NDArray[numpy.float32], light: NDArray[numpy.float32], weight: NDArray[numpy.float32], bias: NDArray[numpy.float32], presence: NDArray[numpy.float32] | None = None, apart: bool = False, lanes: SplatLanes = ..., threads: int = 0, alike: NDArray[numpy.float32] | None = None, scales: NDArray[numpy.float32] | None = None) -> NDArray[numpy.float32]:
     """
-    Kernel splatting of hidden [units, channels, h, w] and light [units, lights, h, w] with weight [k k, channels] and bias [k k], and features alike [units, n, h, w] whose squared distances are taken off the logits, with scales [units, 3, h, w] the last seven as guides: [lights, h, w].
+    Kernel splatting of hidden [units, channels, h, w] and light [units, lights, h, w] with weight [k k, channels] and bias [k k], and features alike [units, n, h, w] whose squared distances are taken off the logits, with scales [units, 3 or 4, h, w] the last seven or eight as guides: [lights, h, w].
     """

@@ -217,8 +217,8 @@ def distances(
 ) -> Tensor:
     """Squared distances [n, k k, h, w] of features [n, d, h, w] at a pixel from those at its taps.
 
-    With `scales` [n, groups, h, w] the last features are guides, whose differences are multiplied by
-    those of the pixel that a tap goes to, with `own` of the tap's own pixel. 0 where that is
+    With `scales` [n, groups, h, w] the last features are guides, whose differences are multiplied
+    by those of the pixel that a tap goes to, with `own` of the tap's own pixel. 0 where that is
     outside the image. Taps lie `dilation` pixels apart.
     """
     found: Tensor = _Distances.apply(

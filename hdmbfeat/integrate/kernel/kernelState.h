@@ -85,23 +85,27 @@ template <class T>
 struct KernelState {
     static constexpr int kWidth = LaneTraits<T>::kWidth;
 
-    KernelState(int capacity, bool allFields, std::uint32_t recordFlags)
-        : paths(capacity, kWidth, allFields),
-          shadows(capacity, kWidth),
-          recordStride(mbfeat::recordBytes(recordFlags) / sizeof(float)),
-          recordFloats((static_cast<std::size_t>(capacity) + static_cast<std::size_t>(kWidth)) *
-                       recordStride),
+    KernelState(int pathCount, int branches, bool allFields, std::uint32_t flags)
+        : capacity(pathCount),
+          branchCount(branches),
+          paths(pathCount * branches, kWidth, allFields),
+          shadows(pathCount * branches, kWidth),
+          recordStride(mbfeat::recordBytes(flags) / sizeof(float)),
+          recordFloats(static_cast<std::size_t>(pathCount * branches + kWidth) * recordStride),
           records(reinterpret_cast<PathRecord*>(recordFloats.data()),
                   recordStride * sizeof(float)) {
         for (std::size_t i = 0; i * recordStride < recordFloats.size(); ++i) {
             clearRecord(records[i], records.stride());
         }
         for (std::vector<std::int32_t>* list : {&active, &survivors, &surfaces, &lights, &misses}) {
-            list->reserve(static_cast<std::size_t>(capacity));
+            list->reserve(static_cast<std::size_t>(paths.capacity()));
         }
     }
 
     const PathContext* context = nullptr;
+    int capacity;    ///< samples of a batch
+    int branchCount; ///< paths that each may become, see ShadeStage::split()
+    /// Branch b of the path in slot i is in slot i + b capacity, and so is its record.
     PathStream paths;
     ShadowQueue shadows;
     std::size_t recordStride; ///< floats from record to record
@@ -112,6 +116,7 @@ struct KernelState {
     std::vector<std::int32_t> active;    ///< have a ray to be traced
     std::vector<std::int32_t> survivors; ///< will have, at the next vertex
     std::vector<std::int32_t> surfaces, lights, misses;
+    std::vector<std::int32_t> branches;    ///< slots of the batch's branches but the first ones
     std::vector<std::int32_t> shadowOrder; ///< entries of the shadow queue, as they are traced
     RaySorter sorter;
 
@@ -173,6 +178,24 @@ struct KernelState {
     LightReceiver receiver(int slot) const {
         return {paths.get3(kReceiverP, slot), paths.get3(kReceiverN, slot),
                 (paths.integer(kFlags, slot) & kFlagTwoSided) != 0};
+    }
+
+    /// A slot's record, as that of a path that has met nothing yet.
+    void startBranch(std::int32_t slot) {
+        PathRecord& record = records[static_cast<std::size_t>(slot)];
+        record.radiance = Rgb(0.0F);
+        record.nonFinite = false;
+        branches.push_back(slot);
+    }
+    /// Adds what branches found to the records of the paths that they left.
+    void joinBranches() {
+        for (const std::int32_t slot : branches) {
+            const PathRecord& of = records[static_cast<std::size_t>(slot)];
+            PathRecord& record = records[static_cast<std::size_t>(slot % capacity)];
+            record.radiance += of.radiance;
+            record.nonFinite = record.nonFinite || of.nonFinite;
+        }
+        branches.clear();
     }
 
     // Records as rows of floats, for lanes; slots as in Group.

@@ -17,7 +17,7 @@
 
 /// `parts` is one of mbfeat::kPrebuiltParts.
 extern "C" __attribute__((visibility("default"))) mbfeat::PathWorker*
-MBFEAT_KERNEL_FACTORY(int capacity, bool allFields, std::uint32_t recordFlags,
+MBFEAT_KERNEL_FACTORY(int capacity, int branches, bool allFields, std::uint32_t recordFlags,
                       std::uint32_t parts) {
     using namespace mbfeat;
     using T = xsimd::batch<float>;
@@ -25,14 +25,16 @@ MBFEAT_KERNEL_FACTORY(int capacity, bool allFields, std::uint32_t recordFlags,
         kBuiltEffects.has(Effect::kReflection) ? closureParts(kBuiltEffects) : 0U;
     switch (parts) {
     case kDiffuseParts:
-        return new PathKernel<T, kDiffuseParts & kBuilt>(capacity, allFields, recordFlags);
+        return new PathKernel<T, kDiffuseParts & kBuilt>(capacity, branches, allFields,
+                                                         recordFlags);
     case kOpaqueParts:
-        return new PathKernel<T, kOpaqueParts & kBuilt>(capacity, allFields, recordFlags);
+        return new PathKernel<T, kOpaqueParts & kBuilt>(capacity, branches, allFields, recordFlags);
     case kGlassParts:
-        return new PathKernel<T, kGlassParts & kBuilt>(capacity, allFields, recordFlags);
+        return new PathKernel<T, kGlassParts & kBuilt>(capacity, branches, allFields, recordFlags);
     case kCoatedParts:
-        return new PathKernel<T, kCoatedParts & kBuilt>(capacity, allFields, recordFlags);
+        return new PathKernel<T, kCoatedParts & kBuilt>(capacity, branches, allFields, recordFlags);
     default:
-        return new PathKernel<T, kAllBsdfParts & kBuilt>(capacity, allFields, recordFlags);
+        return new PathKernel<T, kAllBsdfParts & kBuilt>(capacity, branches, allFields,
+                                                         recordFlags);
     }
 }

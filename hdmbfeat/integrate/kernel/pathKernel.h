@@ -1,6 +1,7 @@
 // The path tracer: unidirectional, next-event estimation with multiple importance sampling, Russian
-// roulette. One page: follow(). A batch of paths moves from vertex to vertex together, so that rays
-// can be traced in packets, sorted, and vertices shaded as many at a time as there are lanes.
+// roulette and splitting. One page: follow(). A batch of paths moves from vertex to vertex
+// together, so that rays can be traced in packets, sorted, and vertices shaded as many at a time as
+// there are lanes.
 //
 // T is the lane type: float is the readable reference, a SIMD batch the production kernel. Each
 // path gets the same bits from all of them, in any company.
@@ -20,8 +21,8 @@ template <class T, std::uint32_t E>
 class PathKernel final : public PathWorker {
 public:
     /// `recordFlags`: what the records have room for.
-    PathKernel(int capacity, bool allFields, std::uint32_t recordFlags)
-        : s_(capacity, allFields, recordFlags) {}
+    PathKernel(int capacity, int branches, bool allFields, std::uint32_t recordFlags)
+        : s_(capacity, branches, allFields, recordFlags) {}
 
     bool trace(const PathContext& context, const PixelSample* samples, int count,
                const StopCheck& stop) override {
@@ -29,7 +30,7 @@ public:
         return (s_.recordFlags() & kPathRecordFlags) != 0 ? follow<true>(samples, count, stop)
                                                           : follow<false>(samples, count, stop);
     }
-    int capacity() const override { return s_.paths.capacity(); }
+    int capacity() const override { return s_.capacity; }
     std::size_t stateBytes() const override { return s_.paths.bytes() + s_.shadows.bytes(); }
     std::size_t recordBytes() const override { return s_.recordFloats.size() * sizeof(float); }
     PathRecords records() override { return s_.records; }
@@ -61,6 +62,7 @@ private:
             trace.template shadows<Record>(vertex);
             s_.active.swap(s_.survivors);
         }
+        s_.joinBranches();
         return true;
     }
 

@@ -55,7 +55,7 @@ enum PathField : int {
     kThroughput = 16,
     kRouletteScale = 19, ///< of the throughput, see roulette.h
     kReceiverP = 20,
-    kBsdfPdf = 23, ///< density of the scattering that made the segment
+    kBsdfPdf = 23, ///< density of the scattering that made the segment, times its branches
     kReceiverN = 24,
     kKindCounts = 27, ///< integer: scatterings of each kind, see ScatterLimits; 0 if not limited
     kKeys = 28,

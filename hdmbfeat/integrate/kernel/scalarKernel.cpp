@@ -2,7 +2,7 @@
 #include "integrate/kernel/pathKernel.h"
 #include "integrate/kernels.h"
 
-mbfeat::PathWorker* mbfeat::makeScalarWorker(int capacity, bool allFields,
+mbfeat::PathWorker* mbfeat::makeScalarWorker(int capacity, int branches, bool allFields,
                                              std::uint32_t recordFlags) {
-    return new PathKernel<float, kAllBsdfParts>(capacity, allFields, recordFlags);
+    return new PathKernel<float, kAllBsdfParts>(capacity, branches, allFields, recordFlags);
 }

@@ -15,9 +15,6 @@
 
 namespace mbfeat {
 
-/// Lobes rougher than this spread light widely.
-inline constexpr float kWideRoughness = 0.3F;
-
 template <class T>
 class ScatterLimits {
 public:

@@ -81,10 +81,15 @@ private:
         if (scatters) {
             const LaneSampler<T> sampler = samplerOf(arrival.keys);
             const ScatterLimits<T> limits = limitsOf(g, arrival, parameters);
+            const T branches = branchesOf(arrival, v);
             if (!context_.lights.empty()) {
-                sampleLight(g, vertex, v, lightable, arrival.throughput, sampler, limits);
+                sampleLight(g, vertex, v, lightable, arrival.throughput, sampler, limits, branches);
             }
-            scatter(g, vertex, v, arrival, sampler, limits);
+            if (none(branches > T(1))) {
+                scatter(g, vertex, v, arrival, sampler, limits, branches);
+            } else {
+                split(g, vertex, v, arrival, limits, branches);
+            }
         }
     }
 
@@ -242,10 +247,11 @@ private:
         }
     }
 
-    /// Next-event estimation: a shadow ray for every path that has light to gain.
+    /// Next-event estimation: a shadow ray for every path that has light to gain, weighed against
+    /// as many scatterings as the path has branches from here on.
     void sampleLight(const Group& g, int vertex, const Vertex& v, const Mask<T>& lightable,
                      const Vec3<T>& throughput, const LaneSampler<T>& sampler,
-                     const ScatterLimits<T>& limits) {
+                     const ScatterLimits<T>& limits, const T& branches) {
         const std::uint32_t wanted = laneBits(lightable) & g.bits;
         if (wanted == 0) {
             return;
@@ -273,7 +279,7 @@ private:
         if (s_.template handles<Effect::kShadowlessLights>()) {
             alone = alone || light.castsShadows == T(0); // see EndStage::mis()
         }
-        const T weight = select(alone, T(1), misWeight(pdf, value.pdf));
+        const T weight = select(alone, T(1), misWeight(pdf, value.pdf * branches));
         const Vec3<T> direct = scattered * light.radiance * (weight / pdf);
 
         Vec3<T> origin = offsetRayOrigin(v.point.p, v.point.pError, v.ng, light.wi);
@@ -493,9 +499,61 @@ private:
                    : emission;
     }
 
-    /// Chooses the next segment of each path, and whether it goes on.
+    /// How many paths go on from the vertex: several where the path scatters widely for the first
+    /// time. All that was done for it before serves each of them (Arvo and Kirk 1990, "Particle
+    /// transport and image synthesis").
+    T branchesOf(const ArrivalLanes<T>& arrival, const Vertex& v) const {
+        if (s_.branchCount == 1) {
+            return T(1);
+        }
+        const IntLane<T> before = bitsOf(arrival.keys.w) & IntLane<T>(kScatteringsMask);
+        const Mask<T> splits = v.bsdf.spreadsWidely() && scatteringCount(before) < T(1);
+        return select(splits, T(static_cast<float>(s_.branchCount)), T(1));
+    }
+
+    /// Scatters paths of which some have several branches.
+    void split(const Group& g, int vertex, const Vertex& v, const ArrivalLanes<T>& arrival,
+               const ScatterLimits<T>& limits, const T& branches) {
+        const Mask<T> splits = branches > T(1);
+        ArrivalLanes<T> own = arrival;
+        own.keys.z = select(splits, branchIndex(arrival.keys.z, 0), arrival.keys.z);
+        scatter(g, vertex, v, own, samplerOf(own.keys), limits, branches);
+
+        Group branch = g;
+        branch.bits = laneBits(splits) & g.bits;
+        if (branch.bits == 0) {
+            return;
+        }
+        for (int b = 1; b < s_.branchCount; ++b) {
+            for (int i = 0; i < g.count; ++i) {
+                const bool is = ((branch.bits >> static_cast<unsigned>(i)) & 1U) != 0;
+                branch.write[i] = is ? g.read[i] + b * s_.capacity : s_.paths.capacity() + i;
+                if (is) {
+                    s_.startBranch(branch.write[i]);
+                }
+            }
+            own.keys.z = branchIndex(arrival.keys.z, b);
+            scatter(branch, vertex, v, own, samplerOf(own.keys), limits, branches);
+        }
+    }
+
+    /// The index of a branch's random numbers, bits reversed as its path's: those of all branches
+    /// of all paths are one sequence, so that together they are as even as those of paths are.
+    T branchIndex(const T& index, int branch) const {
+        int bits = 0;
+        while ((1 << bits) < s_.branchCount) {
+            ++bits;
+        }
+        const auto own =
+            static_cast<std::int32_t>(static_cast<std::uint32_t>(branch) << (32 - bits));
+        const auto kept = static_cast<std::int32_t>(0xFFFFFFFFU >> bits);
+        return valueOfBits((IntLane<T>(bitsOf(index) >> bits) & IntLane<T>(kept)) |
+                           IntLane<T>(own));
+    }
+
+    /// Chooses the next segment of each path, and whether it goes on. Each is one of `branches`.
     void scatter(const Group& g, int vertex, const Vertex& v, const ArrivalLanes<T>& arrival,
-                 const LaneSampler<T>& sampler, const ScatterLimits<T>& limits) {
+                 const LaneSampler<T>& sampler, const ScatterLimits<T>& limits, const T& branches) {
         const std::uint32_t base = vertexDimension(vertex);
         const T lobe = Closure::kChoosesLobes ? sampler.get1D(base + kDimBsdfLobe) : T(0);
         BsdfSample<T> sample = v.bsdf.sample(v.out, lobe, sampler.get2D(base + kDimBsdf));
@@ -523,6 +581,7 @@ private:
             on = on && sampler.get1D(base + kDimRoulette) < q;
             carried = carried * (T(1) / select(on, q, T(1)));
         }
+        carried = carried * (T(1) / branches);
         const std::uint32_t left = laneBits(on) & g.bits;
         if (left == 0) {
             return;
@@ -538,8 +597,8 @@ private:
             kOrigin, g.write,
             {offsetRayOrigin(v.point.p, v.point.pError, v.ng, wi), T(kSurfaceNear)});
         paths.template set<T>(kDirection, g.write, {wi, T(kInfinity)});
-        paths.template set<T>(kThroughput, g.write, {carried, scale});
-        paths.template set<T>(kReceiverP, g.write, {v.point.p, sample.pdf});
+        paths.template set<T>(kThroughput, g.write, {carried, scale * branches});
+        paths.template set<T>(kReceiverP, g.write, {v.point.p, sample.pdf * branches});
         paths.template set<T>(kReceiverN, g.write, {v.frame.n, counts});
         paths.template set<T>(kKeys, g.write,
                               {arrival.keys.x, arrival.keys.y, arrival.keys.z, valueOfBits(flags)});
@@ -551,7 +610,7 @@ private:
         }
         for (int i = 0; i < g.count; ++i) {
             if (((left >> static_cast<unsigned>(i)) & 1U) != 0) {
-                s_.survivors.push_back(g.read[i]);
+                s_.survivors.push_back(g.write[i]);
             }
         }
     }

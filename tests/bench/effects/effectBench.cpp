@@ -19,8 +19,8 @@ using namespace mbfeat::test;
 
 namespace {
 
-using Factory = PathWorker* (*)(int capacity, bool allFields, std::uint32_t recordFlags,
-                                std::uint32_t parts);
+using Factory = PathWorker* (*)(int capacity, int branches, bool allFields,
+                                std::uint32_t recordFlags, std::uint32_t parts);
 
 constexpr int kSide = 24, kSamples = 4;
 
@@ -57,6 +57,7 @@ int main(int argc, char** argv) {
     IntegratorRequest request;
     request.options = exactOptions(kSamples);
     request.options.kernel = Kernel::kAvx2;
+    request.options.splitting = 1; // what effects cost, whatever pays here
     if (everything) {
         request.recordFlags = recordFlagsOf(EffectSet::all());
         request.primvars = {"st"};
@@ -72,7 +73,7 @@ int main(int argc, char** argv) {
     const EffectSet effects = integrator.kernel().handled;
     const std::uint32_t parts = choosePrebuilt(Kernel::kAvx2, closureParts(effects));
     const std::unique_ptr<PathWorker> worker(
-        factory(kSide * kSide * kSamples, everything, request.recordFlags, parts));
+        factory(kSide * kSide * kSamples, 1, everything, request.recordFlags, parts));
     std::vector<PixelSample> samples;
     for (int y = 0; y < kSide; ++y) {
         for (int x = 0; x < kSide; ++x) {

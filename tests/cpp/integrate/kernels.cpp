@@ -88,17 +88,18 @@ void fillScene(TestScene& test, int lamps = 0) {
     test.addSky(Rgb(0.2F, 0.3F, 0.5F));
 }
 
-/// The records of 23 x 17 pixels of a scene, four samples each, traced in batches of at most
-/// `batch`. `prebuilt`, where it is not null, becomes the name of the kernel's set of parts.
-std::vector<PathRecord> recordsOf(TestScene& test, const RenderOptions& options,
-                                  std::size_t batch = 1000, std::string* prebuilt = nullptr) {
+/// Traces 23 x 17 pixels of a scene, four samples each, in batches of at most `batch`, and hands
+/// over each record. `prebuilt`, where it is not null, becomes the name of the kernel's set of
+/// parts.
+void traceScene(TestScene& test, const RenderOptions& options, std::uint32_t recordFlags,
+                std::size_t batch, std::string* prebuilt,
+                const std::function<void(const PathRecord&)>& take) {
     Integrator integrator(test.scene);
     IntegratorRequest request;
     request.options = options;
     request.options.pixelFilter = PixelFilter::kMitchell;
     request.options.pixelFilterWidth = 4.0F;
-    request.recordFlags = kRecordFeatures | kRecordContributions | kRecordExtended |
-                          kRecordFirstNonDelta | kRecordFirstHit | kRecordPrimvars;
+    request.recordFlags = recordFlags;
     REQUIRE(integrator.commit(request.options, {}));
     ImageWindow window;
     window.width = 23;
@@ -119,14 +120,33 @@ std::vector<PathRecord> recordsOf(TestScene& test, const RenderOptions& options,
             }
         }
     }
-    std::vector<PathRecord> result;
     for (std::size_t i = 0; i < samples.size(); i += batch) {
         const auto count = static_cast<int>(std::min(batch, samples.size() - i));
         REQUIRE(integrator.trace(*worker, samples.data() + i, count, {}));
         for (int k = 0; k < count; ++k) {
-            result.push_back(worker->records()[static_cast<std::size_t>(k)]);
+            take(worker->records()[static_cast<std::size_t>(k)]);
         }
     }
+}
+
+/// With all that can be recorded.
+std::vector<PathRecord> recordsOf(TestScene& test, const RenderOptions& options,
+                                  std::size_t batch = 1000, std::string* prebuilt = nullptr) {
+    constexpr std::uint32_t kAll = kRecordFeatures | kRecordContributions | kRecordExtended |
+                                   kRecordFirstNonDelta | kRecordFirstHit | kRecordPrimvars;
+    std::vector<PathRecord> result;
+    traceScene(test, options, kAll, batch, prebuilt,
+               [&](const PathRecord& record) { result.push_back(record); });
+    return result;
+}
+
+/// What paths that may split bring: red, green, blue and the depth of the first hit of each.
+std::vector<float> valuesOf(TestScene& test, const RenderOptions& options, std::size_t batch) {
+    std::vector<float> result;
+    traceScene(test, options, kRecordFirstHit, batch, nullptr, [&](const PathRecord& record) {
+        result.insert(result.end(), {record.radiance.x, record.radiance.y, record.radiance.z,
+                                     record.cameraDepth});
+    });
     return result;
 }
 
@@ -279,6 +299,38 @@ TEST_CASE("the camera sees the skies that are not hidden from it, and all of the
             CHECK(lit > 0);
         }
     }
+}
+
+TEST_CASE("and so where paths split, whatever else is in the batch") {
+    for (const int branches : {2, 3}) {
+        CAPTURE(branches);
+        TestScene test;
+        fillScene(test, 0);
+        RenderOptions options = optionsOf(Kernel::kScalar);
+        options.splitting = branches;
+        const std::vector<float> reference = valuesOf(test, options, 500);
+        options.splitting = 1;
+        CHECK(valuesOf(test, options, 500) != reference);
+        options.splitting = branches;
+        for (const Kernel kernel : kKernels) {
+            CAPTURE(kernelName(chooseKernel(kernel)));
+            options.kernel = kernel;
+            for (const std::size_t batch : {std::size_t{7}, std::size_t{500}}) {
+                CAPTURE(batch);
+                CHECK(valuesOf(test, options, batch) == reference);
+            }
+        }
+    }
+}
+
+TEST_CASE("paths that are recorded do not split") {
+    TestScene test;
+    fillScene(test, 0);
+    RenderOptions options = optionsOf(Kernel::kAuto);
+    options.splitting = 1;
+    const std::vector<PathRecord> reference = recordsOf(test, options);
+    options.splitting = 4;
+    CHECK(different(recordsOf(test, options), reference) == 0);
 }
 
 TEST_CASE("a path's record does not depend on what else is in its batch") {

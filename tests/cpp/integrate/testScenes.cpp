@@ -176,6 +176,7 @@ RenderOptions exactOptions(int samplesPerPixel) {
     options.maxBounces = 64;
     options.pixelFilter = PixelFilter::kBox;
     options.pixelFilterWidth = 1.0F;
+    options.splitting = 1;
     return options;
 }
 

@@ -53,7 +53,7 @@ std::vector<float> aov(const Film& film, const std::string& name);
 /// Mean of an AOV's first channel over the image.
 double meanOf(const Film& film, const std::string& name);
 
-/// Box filter, many bounces, no clamps.
+/// Box filter, many bounces, no clamps, paths that do not split.
 RenderOptions exactOptions(int samplesPerPixel);
 
 } // namespace mbfeat::test

@@ -1,0 +1,201 @@
+// Paths that become several at their first wide scattering.
+#include "integrate/splitting.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "support/check.h"
+#include "testScenes.h"
+
+using namespace mbfeat;
+using namespace mbfeat::test;
+
+namespace {
+
+constexpr int kSide = 12;
+
+/// A room whose ceiling a lamp shines at, seen through panes: nearly all light is indirect, and it
+/// takes several rays to get to where it matters.
+void fillRoom(TestScene& test) {
+    const Material wall = constantMaterial("/M/Wall", {0.8F, 0.7F, 0.6F});
+    test.add("/Floor", quadMesh({-3, -1, -6}, {6, 0, 0}, {0, 0, 8}), wall);
+    test.add("/Ceiling", quadMesh({-3, 3, -6}, {6, 0, 0}, {0, 0, 8}), wall);
+    test.add("/Back", quadMesh({-3, -1, -6}, {6, 0, 0}, {0, 4, 0}), wall);
+    Material glass = constantMaterial("/M/Glass", {1.0F, 1.0F, 1.0F});
+    glass.opacity = MaterialInput(0.0F);
+    glass.roughness = MaterialInput(0.0F);
+    for (int pane = 0; pane < 6; ++pane) {
+        test.add("/Pane" + std::to_string(pane),
+                 quadMesh({-3, -1, 1.0F - 0.1F * static_cast<float>(pane)}, {6, 0, 0}, {0, 4, 0}),
+                 glass);
+    }
+    test.add("/Front", quadMesh({-3, -1, 2}, {6, 0, 0}, {0, 4, 0}), wall);
+    test.add("/Left", quadMesh({-3, -1, -6}, {0, 0, 8}, {0, 4, 0}), wall);
+    test.add("/Right", quadMesh({3, -1, -6}, {0, 0, 8}, {0, 4, 0}), wall);
+    Light lamp;
+    lamp.path = "/Lamp";
+    lamp.type = LightType::kRect;
+    lamp.radiance = Rgb(6.0F);
+    lamp.toWorld.x = {2.0, 0.0, 0.0};
+    lamp.toWorld.y = {0.0, 0.0, 2.0};
+    lamp.toWorld.z = {0.0, -1.0, 0.0};
+    lamp.toWorld.t = {0.0, 2.0, -2.5};
+    test.scene.setLight(lamp);
+}
+
+/// Open ground under a small bright light: nearly all light is direct.
+void fillField(TestScene& test) {
+    test.add("/Ground", quadMesh({-50, -1, -50}, {100, 0, 0}, {0, 0, 100}),
+             constantMaterial("/M/Ground", {0.2F, 0.2F, 0.2F}));
+    test.addLamp(1.0);
+}
+
+struct Estimate {
+    std::vector<double> mean, variance; ///< of a sample, by pixel and colour
+    int branches = 0;
+};
+
+/// Of every pixel's samples.
+Estimate estimate(TestScene& test, int splitting, std::uint32_t samples,
+                  Kernel kernel = Kernel::kAuto, std::uint64_t seed = 5) {
+    Integrator integrator(test.scene);
+    IntegratorRequest request;
+    request.options = exactOptions(static_cast<int>(samples));
+    request.options.maxBounces = 8;
+    request.options.splitting = splitting;
+    request.options.kernel = kernel;
+    request.options.seed = seed;
+    REQUIRE(integrator.commit(request.options, {}));
+    ImageWindow window;
+    window.width = window.height = kSide;
+    window.data = {0, 0, kSide, kSide};
+    REQUIRE_FALSE(integrator.setView(testCamera({0, 0.5, 1.5}, 0.7F), window, request));
+    Estimate found;
+    found.branches = integrator.kernel().branches;
+    const std::unique_ptr<PathWorker> worker = integrator.makeWorker();
+    for (int pixel = 0; pixel < kSide * kSide; ++pixel) {
+        std::vector<PixelSample> of;
+        for (std::uint32_t s = 0; s < samples; ++s) {
+            of.push_back({pixel % kSide, pixel / kSide, s});
+        }
+        double sums[3] = {}, squares[3] = {};
+        for (std::size_t first = 0; first < of.size(); first += 128) {
+            const std::size_t count = std::min<std::size_t>(128, of.size() - first);
+            REQUIRE(integrator.trace(*worker, of.data() + first, static_cast<int>(count), {}));
+            for (std::size_t i = 0; i < count; ++i) {
+                for (int c = 0; c < 3; ++c) {
+                    const double value = static_cast<double>(worker->records()[i].radiance[c]);
+                    sums[c] += value;
+                    squares[c] += value * value;
+                }
+            }
+        }
+        for (int c = 0; c < 3; ++c) {
+            const double mean = sums[c] / samples;
+            found.mean.push_back(mean);
+            found.variance.push_back(squares[c] / samples - mean * mean);
+        }
+    }
+    return found;
+}
+
+double total(const std::vector<double>& values) {
+    double sum = 0.0;
+    for (const double value : values) {
+        sum += value;
+    }
+    return sum;
+}
+
+} // namespace
+
+TEST_CASE("splitting changes no pixel's mean, and takes noise from indirect light") {
+    TestScene test;
+    fillRoom(test);
+    constexpr std::uint32_t kSamples = 512;
+    const Estimate whole = estimate(test, 1, kSamples);
+    for (const int branches : {2, 4}) {
+        CAPTURE(branches);
+        const Estimate split = estimate(test, branches, kSamples, Kernel::kAuto, 6);
+        CHECK(split.branches == branches);
+        // Stratified samples are less noisy than their own spread tells: z is on the safe side. 2.4
+        // standard deviations of chi-squared over 144 independent pixels: a false alarm in a
+        // hundred seeds, and the seeds are fixed.
+        double chi = 0.0;
+        for (std::size_t i = 0; i < whole.mean.size(); i += 3) {
+            const double error = (whole.variance[i] + split.variance[i]) / kSamples;
+            chi += (whole.mean[i] - split.mean[i]) * (whole.mean[i] - split.mean[i]) /
+                   std::max(error, 1e-12);
+        }
+        const double pixels = kSide * kSide;
+        CHECK(chi < pixels + 2.4 * std::sqrt(2.0 * pixels));
+        CHECK(isNear(total(split.mean), total(whole.mean), 0.01 * total(whole.mean)));
+        CHECK(total(split.variance) < 1.5 / branches * total(whole.variance));
+    }
+}
+
+TEST_CASE("whether paths split is as it pays, and as the setting says") {
+    TestScene room, field;
+    fillRoom(room);
+    fillField(field);
+    for (const Kernel kernel : {Kernel::kScalar, Kernel::kAvx2, Kernel::kAuto}) {
+        for (std::uint64_t seed = 0; seed < 3; ++seed) {
+            CHECK(estimate(room, kFittedSplitting, 1, kernel, seed).branches == 2);
+            CHECK(estimate(field, kFittedSplitting, 1, kernel, seed).branches == 1);
+        }
+    }
+    CHECK(estimate(field, 3, 1).branches == 3);
+    CHECK(estimate(room, 1, 1).branches == 1);
+}
+
+TEST_CASE("a batch that is stopped leaves nothing of its branches behind") {
+    TestScene test;
+    fillRoom(test);
+    Integrator integrator(test.scene);
+    IntegratorRequest request;
+    request.options = exactOptions(1);
+    request.options.splitting = 2;
+    REQUIRE(integrator.commit(request.options, {}));
+    ImageWindow window;
+    window.width = window.height = kSide;
+    window.data = {0, 0, kSide, kSide};
+    REQUIRE_FALSE(integrator.setView(testCamera({0, 0.5, 1.5}, 0.7F), window, request));
+    const std::unique_ptr<PathWorker> fresh = integrator.makeWorker();
+    const std::unique_ptr<PathWorker> stopped = integrator.makeWorker();
+    std::vector<PixelSample> samples;
+    for (std::uint32_t s = 0; s < 100; ++s) {
+        samples.push_back({3, 4, s});
+    }
+    int polls = 0;
+    REQUIRE_FALSE(integrator.trace(*stopped, samples.data(), 100, [&] { return ++polls > 2; }));
+    REQUIRE(integrator.trace(*stopped, samples.data(), 100, {}));
+    REQUIRE(integrator.trace(*fresh, samples.data(), 100, {}));
+    double sum = 0.0;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        CHECK(stopped->records()[i].radiance.x == fresh->records()[i].radiance.x);
+        sum += static_cast<double>(fresh->records()[i].radiance.x);
+    }
+    CHECK(sum > 0.0);
+}
+
+TEST_CASE("a part of an image splits as the whole does, and paths of one scattering do not") {
+    TestScene test;
+    fillRoom(test);
+    Integrator integrator(test.scene);
+    IntegratorRequest request;
+    request.options = exactOptions(1);
+    request.options.maxBounces = 8;
+    request.options.splitting = kFittedSplitting;
+    REQUIRE(integrator.commit(request.options, {}));
+    ImageWindow window;
+    window.width = window.height = kSide;
+    window.data = {0, 0, 1, 1};
+    REQUIRE_FALSE(integrator.setView(testCamera({0, 0.5, 1.5}, 0.7F), window, request));
+    CHECK(integrator.kernel().branches == 2);
+    request.options.maxBounces = 1;
+    REQUIRE_FALSE(integrator.setView(testCamera({0, 0.5, 1.5}, 0.7F), window, request));
+    CHECK(integrator.kernel().branches == 1);
+    CHECK(integrator.statistics().rays == 0); // trials are not the image's
+}
