@@ -30,7 +30,8 @@ SAMPLING = "sampling"
 
 def seconds_of(stage: Path, width: int, samples: int, network: str | None) -> dict[str, float]:
     """Phases of one render by their names."""
-    settings = [f"mbfeat:samplesPerPixel={samples}"]
+    # Paths that are recorded do not split: neither do those that they are compared with.
+    settings = [f"mbfeat:samplesPerPixel={samples}", "mbfeat:splitting=1"]
     if network:
         settings += ["mbfeat:denoise:enabled=true", f"mbfeat:denoise:model={network}"]
     with tempfile.TemporaryDirectory(prefix="mbfeat-bench-") as scratch:

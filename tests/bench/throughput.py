@@ -90,6 +90,8 @@ def work(options: argparse.Namespace) -> None:
         [
             ("mbfeat:samplesPerPixel", str(options.samples)),
             ("mbfeat:threads", str(options.threads)),
+            # Paths that are recorded do not split: neither do those that they are compared with.
+            ("mbfeat:splitting", "1"),
         ]
     )
     stage = Usd.Stage.Open(str(SCENES / f"{scene}.usda"))

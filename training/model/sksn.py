@@ -27,7 +27,7 @@ from training.model.pyramid import Pyramid
 from training.model.splat import distances, plain_distances, plain_splat, splat
 
 # Of guides in an untrained network: what is apart by one over this counts as 1 in the logit.
-GUIDE_SCALES = (4.0, 2.0, 10.0, 2.0)
+GUIDE_SCALES = (4.0, 2.0, 10.0, 6.0)
 # What pixels around count for in the guides of a pixel: nothing beside samples of its own, all
 # where its class has none.
 FILLED = 0.02

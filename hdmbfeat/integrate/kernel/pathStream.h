@@ -76,6 +76,7 @@ enum PathFlag : std::int32_t {
     kFlagDelta = 1,    ///< the segment was scattered by a delta lobe, or left the camera
     kFlagTwoSided = 2, ///< light could arrive from both sides of the last vertex
     kFlagNonDelta = 4, ///< a vertex with a lobe that is not a delta was met
+    kFlagBranch = 8,   ///< the path is one of several branches, and does not split again
 };
 /// Above the bits: the number of scatterings that count for roulette.
 inline constexpr int kScatteringsShift = 8;

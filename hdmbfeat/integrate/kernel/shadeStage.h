@@ -499,15 +499,16 @@ private:
                    : emission;
     }
 
-    /// How many paths go on from the vertex: several where the path scatters widely for the first
-    /// time. All that was done for it before serves each of them (Arvo and Kirk 1990, "Particle
-    /// transport and image synthesis").
+    /// How many paths go on from the vertex: several at the first that spreads light widely. All
+    /// that was done for the path before serves each of them (Arvo and Kirk 1990, "Particle
+    /// transport and image synthesis"). A branch that leaves by a mirror-like lobe has not scattered
+    /// widely yet, but has no slots for branches of its own.
     T branchesOf(const ArrivalLanes<T>& arrival, const Vertex& v) const {
         if (s_.branchCount == 1) {
             return T(1);
         }
-        const IntLane<T> before = bitsOf(arrival.keys.w) & IntLane<T>(kScatteringsMask);
-        const Mask<T> splits = v.bsdf.spreadsWidely() && scatteringCount(before) < T(1);
+        const IntLane<T> isBranch = bitsOf(arrival.keys.w) & IntLane<T>(kFlagBranch);
+        const Mask<T> splits = v.bsdf.spreadsWidely() && toFloat(isBranch) == T(0);
         return select(splits, T(static_cast<float>(s_.branchCount)), T(1));
     }
 
@@ -589,7 +590,9 @@ private:
         PathStream& paths = s_.paths;
         const IntLane<T> zero(0);
         const IntLane<T> flags = scatterings |
-                                 (bitsOf(arrival.keys.w) & IntLane<T>(kFlagNonDelta)) |
+                                 (bitsOf(arrival.keys.w) &
+                                  IntLane<T>(kFlagNonDelta | kFlagBranch)) |
+                                 selectInt(branches > T(1), IntLane<T>(kFlagBranch), zero) |
                                  selectInt(v.bsdf.hasNonDelta(), IntLane<T>(kFlagNonDelta), zero) |
                                  selectInt(sample.delta, IntLane<T>(kFlagDelta), zero) |
                                  selectInt(v.twoSided, IntLane<T>(kFlagTwoSided), zero);

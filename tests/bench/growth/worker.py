@@ -57,7 +57,8 @@ def render(path: Path, shot: Shot, folder: Path) -> tuple[dict[str, Any], Any]:
 
     from mbfeat import _core
 
-    settings = {"samplesPerPixel": shot.samples, "threads": shot.threads}
+    # Whether paths split is a matter of each scene, and of whether features are recorded.
+    settings = {"samplesPerPixel": shot.samples, "threads": shot.threads, "splitting": 1}
     _core.Host.set_overrides([(f"mbfeat:{name}", str(v)) for name, v in settings.items()])
     _core.Host.drop_last_frame()
     watch = Stopwatch()

@@ -136,6 +136,21 @@ TEST_CASE("splitting changes no pixel's mean, and takes noise from indirect ligh
     }
 }
 
+TEST_CASE("branches that leave by a mirror-like lobe do not split again") {
+    // Between coated walls most branches are reflected by the coats, vertex after vertex.
+    TestScene test;
+    Material coated = constantMaterial("/M/Coated", {0.8F, 0.8F, 0.8F});
+    coated.clearcoat = MaterialInput(1.0F);
+    coated.clearcoatRoughness = MaterialInput(0.0F);
+    coated.ior = MaterialInput(8.0F);
+    coated.roughness = MaterialInput(0.0F);
+    test.add("/Room", sphereMesh(3.0F, 24, true), coated);
+    test.addLamp(1.0);
+    const Estimate whole = estimate(test, 1, 64);
+    const Estimate split = estimate(test, 4, 64, Kernel::kAuto, 6);
+    CHECK(isNear(total(split.mean), total(whole.mean), 0.1 * total(whole.mean)));
+}
+
 TEST_CASE("whether paths split is as it pays, and as the setting says") {
     TestScene room, field;
     fillRoom(room);
