@@ -25,11 +25,11 @@ struct ATrousPass {
     int width = 0, height = 0;
     int lights = 0, alikeChannels = 0;
     int dilation = 1;
-    const float* light = nullptr;  ///< [lights] planes, what is filtered
-    const float* alike = nullptr;  ///< [alikeChannels] planes
-    int guides = 0;                ///< the last of these, see SplatInput
-    const float* scales = nullptr; ///< planes by group, that a pixel has for what it reads
-    const float* centre = nullptr; ///< a plane: logits of the pixels themselves
+    const float* light = nullptr;   ///< [lights] planes, what is filtered
+    const float* alike = nullptr;   ///< [alikeChannels] planes
+    int guides = 0;                 ///< the last of these, see SplatInput
+    const float* scales = nullptr;  ///< planes by group, that a pixel has for what it reads
+    const float* centre = nullptr;  ///< a plane: logits of the pixels themselves
     const float* spatial = nullptr; ///< [kTaps] logits; that of the middle is added to the centre's
     float sharpness = 1.0F;
     float* out = nullptr; ///< [lights] planes, not those of `light`

@@ -61,7 +61,7 @@ private:
     static constexpr float kLeastAlbedo = 0.05F, kMostAlbedo = 4.0F;
     static constexpr int kFound = 10; ///< of addFirstNonDelta(): whether there is one
     static constexpr int kRoughness = guides::kCount - 1; ///< of guides, the last one
-    static constexpr int kMost = 256; ///< features, and outputs of a layer
+    static constexpr int kMost = 256;                     ///< features, and outputs of a layer
     static constexpr float kDepthScale = 0.3F, kSlope = 0.01F, kLargestTint = 4.0F;
 
     T channel(int index) const {

@@ -124,9 +124,10 @@ nb::object splatArrays(const Array& hidden, const Array& light, const Array& wei
         static_cast<std::size_t>(input.kernel) * static_cast<std::size_t>(input.kernel);
     const std::size_t plane = hidden.shape(2) * hidden.shape(3);
     const auto groups = static_cast<std::size_t>(scales ? scales->shape(1) : 0);
-    const int guided = scales && groups == static_cast<std::size_t>(guides::groups(guides::kWithoutRoughness))
-                           ? guides::kWithoutRoughness
-                           : guides::kCount;
+    const int guided =
+        scales && groups == static_cast<std::size_t>(guides::groups(guides::kWithoutRoughness))
+            ? guides::kWithoutRoughness
+            : guides::kCount;
     const bool fits = taps == bias.size() && weight.size() == taps * hidden.shape(1) &&
                       light.size() == hidden.shape(0) * light.shape(1) * plane &&
                       (!presence || presence->size() == hidden.shape(0) * plane) &&

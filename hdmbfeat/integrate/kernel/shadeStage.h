@@ -501,8 +501,8 @@ private:
 
     /// How many paths go on from the vertex: several at the first that spreads light widely. All
     /// that was done for the path before serves each of them (Arvo and Kirk 1990, "Particle
-    /// transport and image synthesis"). A branch that leaves by a mirror-like lobe has not scattered
-    /// widely yet, but has no slots for branches of its own.
+    /// transport and image synthesis"). A branch that leaves by a mirror-like lobe has not
+    /// scattered widely yet, but has no slots for branches of its own.
     T branchesOf(const ArrivalLanes<T>& arrival, const Vertex& v) const {
         if (s_.branchCount == 1) {
             return T(1);
@@ -589,13 +589,12 @@ private:
         }
         PathStream& paths = s_.paths;
         const IntLane<T> zero(0);
-        const IntLane<T> flags = scatterings |
-                                 (bitsOf(arrival.keys.w) &
-                                  IntLane<T>(kFlagNonDelta | kFlagBranch)) |
-                                 selectInt(branches > T(1), IntLane<T>(kFlagBranch), zero) |
-                                 selectInt(v.bsdf.hasNonDelta(), IntLane<T>(kFlagNonDelta), zero) |
-                                 selectInt(sample.delta, IntLane<T>(kFlagDelta), zero) |
-                                 selectInt(v.twoSided, IntLane<T>(kFlagTwoSided), zero);
+        const IntLane<T> flags =
+            scatterings | (bitsOf(arrival.keys.w) & IntLane<T>(kFlagNonDelta | kFlagBranch)) |
+            selectInt(branches > T(1), IntLane<T>(kFlagBranch), zero) |
+            selectInt(v.bsdf.hasNonDelta(), IntLane<T>(kFlagNonDelta), zero) |
+            selectInt(sample.delta, IntLane<T>(kFlagDelta), zero) |
+            selectInt(v.twoSided, IntLane<T>(kFlagTwoSided), zero);
         paths.template set<T>(
             kOrigin, g.write,
             {offsetRayOrigin(v.point.p, v.point.pError, v.ng, wi), T(kSurfaceNear)});
