@@ -93,7 +93,6 @@ int fittedBranches(const PathContext& context, int width, int height, float expo
     const std::vector<PixelSample> samples = trialSamples(width, height);
     const double whole = noiseTimesRays(context, samples, exposureScale, *makeWorker(1));
     const double split = noiseTimesRays(context, samples, exposureScale, *makeWorker(2));
-
     return split < kBias * whole ? 2 : 1;
 }
 

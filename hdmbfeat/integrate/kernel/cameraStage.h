@@ -17,7 +17,7 @@ public:
 
     /// Path i starts at samples[i] in slot i.
     void start(const PixelSample* samples, int count) {
-        s_.branches.clear(); // of a batch that was stopped
+        s_.branches.clear(); // of the batch before, which may have been stopped
         s_.active.resize(static_cast<std::size_t>(count));
         std::iota(s_.active.begin(), s_.active.end(), 0);
         for (int i = 0; i < count; i += kWidth) {

@@ -195,7 +195,6 @@ struct KernelState {
             record.radiance += of.radiance;
             record.nonFinite = record.nonFinite || of.nonFinite;
         }
-        branches.clear();
     }
 
     // Records as rows of floats, for lanes; slots as in Group.

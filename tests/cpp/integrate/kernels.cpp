@@ -100,12 +100,8 @@ void traceScene(TestScene& test, const RenderOptions& options, std::uint32_t rec
     request.options.pixelFilter = PixelFilter::kMitchell;
     request.options.pixelFilterWidth = 4.0F;
     request.recordFlags = recordFlags;
-    REQUIRE(integrator.commit(request.options, {}));
-    ImageWindow window;
-    window.width = 23;
-    window.height = 17;
-    window.data = {0, 0, 23, 17};
-    REQUIRE_FALSE(integrator.setView(testCamera({0, 0.5, 2}, 0.7F), window, request));
+    constexpr int kColumns = 23, kRows = 17;
+    prepareView(integrator, request, testCamera({0, 0.5, 2}, 0.7F), kColumns, kRows);
     if (prebuilt != nullptr) {
         *prebuilt = integrator.kernel().prebuilt;
     }
@@ -113,8 +109,8 @@ void traceScene(TestScene& test, const RenderOptions& options, std::uint32_t rec
     REQUIRE(batch <= static_cast<std::size_t>(worker->capacity()));
 
     std::vector<PixelSample> samples;
-    for (int y = 0; y < window.height; ++y) {
-        for (int x = 0; x < window.width; ++x) {
+    for (int y = 0; y < kRows; ++y) {
+        for (int x = 0; x < kColumns; ++x) {
             for (std::uint32_t s = 0; s < 4; ++s) {
                 samples.push_back({x, y, s});
             }
@@ -461,11 +457,7 @@ TEST_CASE("a batch that is told to stop says so") {
     Integrator integrator(test.scene);
     IntegratorRequest request;
     request.options = exactOptions(1);
-    REQUIRE(integrator.commit(request.options, {}));
-    ImageWindow window;
-    window.width = window.height = 4;
-    window.data = {0, 0, 4, 4};
-    REQUIRE_FALSE(integrator.setView(testCamera({0, 0.5, 2}, 0.7F), window, request));
+    prepareView(integrator, request, testCamera({0, 0.5, 2}, 0.7F), 4, 4);
     const std::unique_ptr<PathWorker> worker = integrator.makeWorker();
     const PixelSample sample{1, 1, 0};
     CHECK_FALSE(integrator.trace(*worker, &sample, 1, [] { return true; }));

@@ -67,11 +67,7 @@ Estimate estimate(TestScene& test, int splitting, std::uint32_t samples,
     request.options.splitting = splitting;
     request.options.kernel = kernel;
     request.options.seed = seed;
-    REQUIRE(integrator.commit(request.options, {}));
-    ImageWindow window;
-    window.width = window.height = kSide;
-    window.data = {0, 0, kSide, kSide};
-    REQUIRE_FALSE(integrator.setView(testCamera({0, 0.5, 1.5}, 0.7F), window, request));
+    prepareView(integrator, request, testCamera({0, 0.5, 1.5}, 0.7F), kSide, kSide);
     Estimate found;
     found.branches = integrator.kernel().branches;
     const std::unique_ptr<PathWorker> worker = integrator.makeWorker();
@@ -131,7 +127,7 @@ TEST_CASE("splitting changes no pixel's mean, and takes noise from indirect ligh
         }
         const double pixels = kSide * kSide;
         CHECK(chi < pixels + 2.4 * std::sqrt(2.0 * pixels));
-        CHECK(isNear(total(split.mean), total(whole.mean), 0.01 * total(whole.mean)));
+        CHECK(isNear(total(split.mean), total(whole.mean), 0.01));
         CHECK(total(split.variance) < 1.5 / branches * total(whole.variance));
     }
 }
@@ -146,9 +142,10 @@ TEST_CASE("branches that leave by a mirror-like lobe do not split again") {
     coated.roughness = MaterialInput(0.0F);
     test.add("/Room", sphereMesh(3.0F, 24, true), coated);
     test.addLamp(1.0);
-    const Estimate whole = estimate(test, 1, 64);
-    const Estimate split = estimate(test, 4, 64, Kernel::kAuto, 6);
-    CHECK(isNear(total(split.mean), total(whole.mean), 0.1 * total(whole.mean)));
+    const Estimate whole = estimate(test, 1, 512);
+    const Estimate split = estimate(test, 4, 512, Kernel::kAuto, 6);
+    // Two and a half standard deviations: a false alarm in eighty seeds, and the seeds are fixed.
+    CHECK(isNear(total(split.mean), total(whole.mean), 0.03));
 }
 
 TEST_CASE("whether paths split is as it pays, and as the setting says") {
@@ -172,11 +169,7 @@ TEST_CASE("a batch that is stopped leaves nothing of its branches behind") {
     IntegratorRequest request;
     request.options = exactOptions(1);
     request.options.splitting = 2;
-    REQUIRE(integrator.commit(request.options, {}));
-    ImageWindow window;
-    window.width = window.height = kSide;
-    window.data = {0, 0, kSide, kSide};
-    REQUIRE_FALSE(integrator.setView(testCamera({0, 0.5, 1.5}, 0.7F), window, request));
+    prepareView(integrator, request, testCamera({0, 0.5, 1.5}, 0.7F), kSide, kSide);
     const std::unique_ptr<PathWorker> fresh = integrator.makeWorker();
     const std::unique_ptr<PathWorker> stopped = integrator.makeWorker();
     std::vector<PixelSample> samples;

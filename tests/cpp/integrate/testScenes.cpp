@@ -120,6 +120,19 @@ Camera testCamera(const Double3& position, float tangent) {
     return camera;
 }
 
+void prepareView(Integrator& integrator, const IntegratorRequest& request, const Camera& camera,
+                 int width, int height) {
+    // Outside of the checks, which are not compiled everywhere.
+    [[maybe_unused]] const bool committed = integrator.commit(request.options, {});
+    ImageWindow window;
+    window.width = width;
+    window.height = height;
+    window.data = {0, 0, width, height};
+    [[maybe_unused]] const Status problem = integrator.setView(camera, window, request);
+    REQUIRE(committed);
+    REQUIRE_FALSE(problem);
+}
+
 RenderReport renderView(Scene& scene, const RenderView& view, const RenderOptions& options) {
     RenderJob job;
     job.views.push_back(view);

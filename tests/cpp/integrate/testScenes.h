@@ -40,6 +40,10 @@ AffineD translation(double x, double y, double z);
 /// At `position`, looking along -z; the image plane at distance 1 is 2 * tangent wide.
 Camera testCamera(const Double3& position, float tangent);
 
+/// Commits the integrator's scene, and sets a view of `width` x `height` pixels; both must succeed.
+void prepareView(Integrator& integrator, const IntegratorRequest& request, const Camera& camera,
+                 int width, int height);
+
 /// Renders the view and waits.
 RenderReport renderView(Scene& scene, const RenderView& view, const RenderOptions& options);
 
