@@ -121,11 +121,11 @@ std::vector<SettingDescriptor> makeSettingTable() {
             "or rough ones: mirrors and clear or finely ground glass do not count."),
         makeInteger(
             "mbfeat:splitting", "Splitting", defaults.splitting, 0, 16,
-            "Paths that a path becomes where it first scatters diffusely or at a rough "
-            "surface: less noise from indirect light for one shared way there; 0 is 1 or "
-            "2, whichever has less noise for its rays in a small trial, and 1 in viewers. It "
-            "is 1 where path features or contributions are recorded, or light is "
-            "clamped."),
+            "Paths that a path becomes at the first surface that scatters diffusely or is "
+            "rough: less noise from indirect light for one shared way there; 0 is 1, 2 or "
+            "4, by the noise and the rays of each in a small trial, and 1 in viewers and for "
+            "fewer than 196,608 samples in all. It is 1 where path features or contributions "
+            "are recorded, or light is clamped."),
         makeReal("mbfeat:clampDirect", "Clamp direct", defaults.clampDirect, 0.0, 1e30,
                  "Largest value that light seen directly or at the first hit adds to a sample, in "
                  "radiance; 0 is no clamp. A clamp loses energy."),

@@ -112,7 +112,7 @@ struct RenderOptions {
     PixelFilter pixelFilter = PixelFilter::kBlackmanHarris;
     float pixelFilterWidth = 3.0F; ///< full width, pixels
     int russianRouletteStart = 2;  ///< wide scatterings after which a path may be ended
-    int splitting = 0; ///< paths that one becomes at its first wide scattering; 0: as it pays
+    int splitting = 0;        ///< paths that one becomes at its first wide surface; 0: as it pays
     float clampDirect = 0.0F; ///< largest sample value, 0: no clamp (biased when on)
     float clampIndirect = 0.0F;
     bool robust = true; ///< Embree's watertight traversal

@@ -191,9 +191,11 @@ Status DenoiseModel::readContract() {
                                 ? "it is no network of MBFeat's: its metadata lacks mbfeat:format. "
                                   "Give a file that training.export wrote."
                                 : "its format " + entry("format") +
-                                      " is not the one that this "
-                                      "version reads, " +
-                                      std::to_string(kFormat) + ". Export it anew."};
+                                      " is none of those that this version reads, " +
+                                      std::to_string(kOldestFormat) + " to " +
+                                      std::to_string(kFormat) +
+                                      ". Export it with training.export of this version, or "
+                                      "update MBFeat where the network is newer."};
     }
     const std::string kind = entry("kind");
     if (kind != "hidden" && kind != "layered") {

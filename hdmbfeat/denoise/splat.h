@@ -36,6 +36,12 @@ inline constexpr int group(int i) {
 inline constexpr int groups(int count) {
     return count == 0 ? 0 : group(count - 1) + 1;
 }
+/// How many of them have so many groups; 0 where none do.
+inline constexpr int ofGroups(int count) {
+    return count == groups(kCount)              ? kCount
+           : count == groups(kWithoutRoughness) ? kWithoutRoughness
+                                                : 0;
+}
 } // namespace guides
 
 /// Arrays are of the caller, row-major, float32.

@@ -271,6 +271,7 @@ struct Renderer::Impl final : PassObserver {
         const RenderView& view = job.views[index];
         IntegratorRequest request;
         request.options = job.options;
+        request.options.samplesPerPixel = view.samplesPerPixel;
         if (job.interactive && job.options.splitting == kFittedSplitting) {
             request.options.splitting = 1; // a trial would take as long as the first pass does
         }
@@ -278,6 +279,7 @@ struct Renderer::Impl final : PassObserver {
         request.primvars = view.film->primvars();
         request.frame = job.frame;
         request.messages = job.messages.get();
+        request.stop = [this] { return shouldStop(); };
         if (const Status problem = integrator.setView(view.camera, view.film->window(), request)) {
             const std::string subject =
                 view.cameraPath.empty() ? problem->subject : view.cameraPath;

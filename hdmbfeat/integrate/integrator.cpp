@@ -86,6 +86,7 @@ struct Integrator::Impl {
     SceneChanges pending; ///< what an interrupted commit left to do
 
     IntegratorRequest request;
+    int branches = 1; ///< that each path of the view becomes
     CameraRays camera;
     FilterSampler filter{PixelFilter::kBox, 1.0F};
     mutable std::array<CounterShard, kShards> counters;
@@ -94,8 +95,6 @@ struct Integrator::Impl {
     Diagnostics& messages() const {
         return request.messages != nullptr ? *request.messages : scene.diagnostics();
     }
-
-    int branches = 1; ///< that each path of the view becomes
 
     PathContext context() const {
         return {accel,
@@ -124,9 +123,19 @@ struct Integrator::Impl {
         const bool whole = (request.recordFlags & (kPathRecordFlags | kRecordContributions)) != 0;
         const bool clamped = options.clampDirect > 0.0F || options.clampIndirect > 0.0F;
         branches = whole || clamped ? 1 : options.splitting;
+        if (options.splitting > 1 && branches == 1) {
+            messages().warn("mbfeat:splitting",
+                            std::string("is 1 for this view, not ") +
+                                std::to_string(options.splitting) + ": " +
+                                (whole ? "path features or contributions are recorded, for an AOV, "
+                                         "a deep product or the denoiser"
+                                       : "light is clamped") +
+                                ". Set it to 0 or 1, or leave that out.");
+        }
         if (branches == kFittedSplitting) {
-            branches = fittedBranches(context(), width, height, camera.exposureScale(),
-                                      [this](int count) { return makeWorker(count); });
+            branches = fittedBranches(
+                context(), width, height, camera.exposureScale(),
+                [this](int count) { return makeWorker(count); }, request.stop);
         }
     }
 

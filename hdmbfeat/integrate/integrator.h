@@ -26,6 +26,7 @@ struct IntegratorRequest {
     std::vector<std::string> primvars; ///< names behind primvars:*, at most kMaxPrimvarAovs
     std::int64_t frame = 0;
     Diagnostics* messages = nullptr; ///< for bad samples; null: the scene's
+    StopCheck stop;                  ///< may be empty; ends what setView() tries out
 };
 
 /// Counts that the integrator keeps; read between renders.

@@ -36,6 +36,11 @@ struct PathContext {
     /// What paths are handled for: all that the scene calls for, and maybe more. Stages and
     /// branches of others are left out.
     EffectSet effects = EffectSet::all();
+
+    /// The same but for the options, which must outlive it too.
+    PathContext with(const RenderOptions& other) const {
+        return {accel, lights, camera, filter, other, primvars, recordFlags, frame, effects};
+    }
 };
 
 /// Rays spent on paths.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "core/sampler.h"
@@ -13,10 +14,14 @@ namespace {
 constexpr std::size_t kPixels = 1024;
 constexpr std::size_t kSamples = 4;   ///< of each, twice
 constexpr double kRaysOfSample = 1.5; ///< what a sample costs beside its rays, in rays
-/// Of few samples the way to the split is stratified worse than of many: the trial finds splitting
-/// about a tenth worse than it is (benchmarks.md).
-constexpr double kBias = 1.05;
+/// Two branches are taken below so many times the noise times rays of one, four below that of two.
+/// Of few samples the way to the split is stratified worse than of many: the trial finds the first
+/// of these steps about a tenth worse than it is (benchmarks.md).
+constexpr double kBiasOfTwo = 1.05;
 constexpr double kDark = 0.01; ///< what squared errors are relative to at least, as for relMSE
+constexpr int kMostBranches = 4;
+/// A trial of all numbers of branches has at most an eighth of the image's paths.
+constexpr double kLeastPaths = 8.0 * 3 * 2 * kPixels * kSamples;
 
 /// Pixels spread over the image, and the samples of each side by side.
 std::vector<PixelSample> trialSamples(int width, int height) {
@@ -37,19 +42,19 @@ std::vector<PixelSample> trialSamples(int width, int height) {
     return samples;
 }
 
-/// Mean radiance of each pixel's samples.
+/// Mean radiance of each pixel's samples; nothing when it was stopped.
 std::vector<Rgb> trialMeans(const PathContext& context, const std::vector<PixelSample>& samples,
-                            std::uint32_t seed, PathWorker& worker) {
+                            std::uint32_t seed, PathWorker& worker, const StopCheck& stop) {
     RenderOptions options = context.options;
     options.seed = seed;
-    const PathContext trial{context.accel,       context.lights, context.camera,
-                            context.filter,      options,        context.primvars,
-                            context.recordFlags, context.frame,  context.effects};
+    const PathContext trial = context.with(options);
     const auto capacity = static_cast<std::size_t>(worker.capacity());
     std::vector<Rgb> means(kPixels, Rgb(0.0F));
     for (std::size_t first = 0; first < samples.size(); first += capacity) {
         const std::size_t count = std::min(capacity, samples.size() - first);
-        worker.trace(trial, samples.data() + first, static_cast<int>(count), {});
+        if (!worker.trace(trial, samples.data() + first, static_cast<int>(count), stop)) {
+            return {};
+        }
         const PathRecords records = worker.records();
         for (std::size_t i = 0; i < count; ++i) {
             const Rgb& radiance = records[i].radiance;
@@ -62,13 +67,18 @@ std::vector<Rgb> trialMeans(const PathContext& context, const std::vector<PixelS
 
 /// Squared differences between two estimates of each pixel, relative to its squared mean, times the
 /// rays that both took. Samples of an estimate are stratified: their own spread would count what
-/// varies within a pixel, which they average out and splitting does not.
-double noiseTimesRays(const PathContext& context, const std::vector<PixelSample>& samples,
-                      float exposureScale, PathWorker& worker) {
+/// varies within a pixel, which they average out and splitting does not. Nothing when it was
+/// stopped.
+std::optional<double> noiseTimesRays(const PathContext& context,
+                                     const std::vector<PixelSample>& samples, float exposureScale,
+                                     PathWorker& worker, const StopCheck& stop) {
     const std::uint32_t seed =
         sampling::mix32(static_cast<std::uint32_t>(context.options.seed) ^ 0x51B7A2D5U);
-    const std::vector<Rgb> first = trialMeans(context, samples, seed, worker);
-    const std::vector<Rgb> second = trialMeans(context, samples, seed + 1U, worker);
+    const std::vector<Rgb> first = trialMeans(context, samples, seed, worker, stop);
+    const std::vector<Rgb> second = trialMeans(context, samples, seed + 1U, worker, stop);
+    if (first.empty() || second.empty()) {
+        return std::nullopt;
+    }
     double noise = 0.0;
     for (std::size_t i = 0; i < kPixels; ++i) {
         for (int c = 0; c < 3; ++c) {
@@ -86,14 +96,27 @@ double noiseTimesRays(const PathContext& context, const std::vector<PixelSample>
 } // namespace
 
 int fittedBranches(const PathContext& context, int width, int height, float exposureScale,
-                   const WorkerMaker& makeWorker) {
-    if (context.options.maxBounces < 2) {
-        return 1; // nothing is behind the first vertex but what lights send there
+                   const WorkerMaker& makeWorker, const StopCheck& stop) {
+    const double paths = static_cast<double>(width) * height * context.options.samplesPerPixel;
+    // Nothing is behind the first vertex but what lights send there, or a trial takes too long.
+    if (context.options.maxBounces < 2 || paths < kLeastPaths) {
+        return 1;
     }
     const std::vector<PixelSample> samples = trialSamples(width, height);
-    const double whole = noiseTimesRays(context, samples, exposureScale, *makeWorker(1));
-    const double split = noiseTimesRays(context, samples, exposureScale, *makeWorker(2));
-    return split < kBias * whole ? 2 : 1;
+    const auto noise = [&](int branches) {
+        return noiseTimesRays(context, samples, exposureScale, *makeWorker(branches), stop);
+    };
+    int best = 1;
+    std::optional<double> least = noise(1);
+    for (int branches = 2; least && branches <= kMostBranches; branches *= 2) {
+        const std::optional<double> split = noise(branches);
+        if (!split || *split >= (branches == 2 ? kBiasOfTwo : 1.0) * *least) {
+            break;
+        }
+        best = branches;
+        least = split;
+    }
+    return best;
 }
 
 } // namespace mbfeat

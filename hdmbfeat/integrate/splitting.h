@@ -3,9 +3,10 @@
 // Splitting shares the way there among several continuations. It pays where most of the noise comes
 // from behind that vertex and most of the rays are spent before it, which is a matter of the scene:
 // so both are measured, on a few pixels, unsplit and split, and what has less noise for its rays is
-// taken (the efficiency of Monte Carlo estimators; Arvo and Kirk 1990, "Particle transport and
-// image synthesis", section 5). What is measured depends on the view and the seed alone, neither on
-// threads nor kernels, and shares no random numbers with the image: so the image stays unbiased.
+// taken, to a margin (the efficiency of Monte Carlo estimators; Arvo and Kirk 1990, "Particle
+// transport and image synthesis", section 5). What is measured depends on the view and the seed
+// alone, neither on threads nor kernels, and shares no random numbers with the image: so the image
+// stays unbiased.
 #pragma once
 
 #include <cstdint>
@@ -19,9 +20,11 @@ namespace mbfeat {
 /// A worker for batches of paths that become so many; any capacity.
 using WorkerMaker = std::function<std::unique_ptr<PathWorker>(int branches)>;
 
-/// 1 or 2. `context` is the view's, width and height those of its display window, so that a part of
-/// an image is what it is in the whole. One thread; 16,384 paths.
+/// 1, 2 or 4. `context` is the view's, width and height those of its display window, so that a part
+/// of an image is what it is in the whole. One thread; 8,192 paths for each number that is tried,
+/// and 1 without a trial for images of fewer than 196,608 samples. `stop` (may be empty) is polled;
+/// true ends it early.
 int fittedBranches(const PathContext& context, int width, int height, float exposureScale,
-                   const WorkerMaker& makeWorker);
+                   const WorkerMaker& makeWorker, const StopCheck& stop);
 
 } // namespace mbfeat

@@ -79,7 +79,11 @@ public:
 
     /// True where light is scattered diffusely, or by a rough interface.
     Mask<T> spreadsWidely() const {
-        return maxComponent(diffuse_) > T(0) || p_.roughness > T(kWideRoughness);
+        const Mask<T> base = maxComponent(diffuse_) > T(0) || p_.roughness > T(kWideRoughness);
+        if constexpr (kCoats) {
+            return base || (coat_ > T(0) && p_.clearcoatRoughness > T(kWideRoughness));
+        }
+        return base;
     }
 
     /// The albedo feature, 0..1: diffuseColor, which is the tint of glass and the

@@ -123,18 +123,15 @@ nb::object splatArrays(const Array& hidden, const Array& light, const Array& wei
     const auto taps =
         static_cast<std::size_t>(input.kernel) * static_cast<std::size_t>(input.kernel);
     const std::size_t plane = hidden.shape(2) * hidden.shape(3);
-    const auto groups = static_cast<std::size_t>(scales ? scales->shape(1) : 0);
-    const int guided =
-        scales && groups == static_cast<std::size_t>(guides::groups(guides::kWithoutRoughness))
-            ? guides::kWithoutRoughness
-            : guides::kCount;
-    const bool fits = taps == bias.size() && weight.size() == taps * hidden.shape(1) &&
-                      light.size() == hidden.shape(0) * light.shape(1) * plane &&
-                      (!presence || presence->size() == hidden.shape(0) * plane) &&
-                      (!alike || alike->size() == hidden.shape(0) * alike->shape(1) * plane) &&
-                      (!scales || (groups == static_cast<std::size_t>(guides::groups(guided)) &&
-                                   alike->shape(1) >= static_cast<std::size_t>(guided) &&
-                                   scales->size() == hidden.shape(0) * groups * plane));
+    const std::size_t groups = scales ? scales->shape(1) : 0;
+    const int guided = groups <= guides::kCount ? guides::ofGroups(static_cast<int>(groups)) : 0;
+    const bool fits =
+        taps == bias.size() && weight.size() == taps * hidden.shape(1) &&
+        light.size() == hidden.shape(0) * light.shape(1) * plane &&
+        (!presence || presence->size() == hidden.shape(0) * plane) &&
+        (!alike || alike->size() == hidden.shape(0) * alike->shape(1) * plane) &&
+        (!scales || (guided > 0 && alike->shape(1) >= static_cast<std::size_t>(guided) &&
+                     scales->size() == hidden.shape(0) * groups * plane));
     if (!fits) {
         throw BindingError({"splat", "the sizes of its arrays contradict each other"});
     }
@@ -144,7 +141,7 @@ nb::object splatArrays(const Array& hidden, const Array& light, const Array& wei
     input.bias = bias.data();
     input.alikeChannels = alike ? static_cast<int>(alike->shape(1)) : 0;
     input.alike = alike ? alike->data() : nullptr;
-    input.guides = scales ? guided : 0;
+    input.guides = guided;
     input.scales = scales ? scales->data() : nullptr;
     input.presence = presence ? presence->data() : nullptr;
     input.apart = apart;

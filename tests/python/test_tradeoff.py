@@ -20,7 +20,7 @@ from mbfeat.tradeoff.measure import MOST_SEEDS, split_recording, tasks
 from mbfeat.tradeoff.reference import FIRST_SEED, SEEDS
 from mbfeat.tradeoff.renders import PHASES, RenderError, phases
 from mbfeat.tradeoff.request import MOST_SPP
-from mbfeat.tradeoff.variants import OWN, RAW, VariantError
+from mbfeat.tradeoff.variants import OWN, RAW, WHOLE, VariantError
 
 
 def test_every_variant_is_measured_at_every_rung_with_every_seed(tmp_path: Path) -> None:
@@ -151,17 +151,17 @@ def test_recording_is_what_sampling_takes_longer_with_features(tmp_path: Path) -
     for point in measured.points:
         spp = point["samples_per_pixel"]
         assert point["seconds"]["sampling"] == pytest.approx(kit.EACH * spp)
-        expected = 0.0 if point["variant"] == RAW else kit.RECORDING * spp
+        expected = 0.0 if point["variant"] in (RAW, WHOLE) else kit.RECORDING * spp
         assert point["seconds"].get("recording", 0.0) == pytest.approx(expected)
 
 
 def test_recording_that_the_renderer_tells_counts_at_least() -> None:
-    raw = {"variant": RAW, "samples_per_pixel": 4, "seed": 1, "records": False}
-    raw |= {"seconds": {"sampling": 2.0, "recording": 0.0}}
+    whole = {"variant": WHOLE, "samples_per_pixel": 4, "seed": 1, "records": False}
+    whole |= {"seconds": {"sampling": 2.0, "recording": 0.0}}
     for told, sampling, expected in ((0.5, 2.0, 0.5), (0.5, 3.0, 1.5), (0.25, 1.5, 0.25)):
         seconds = {"sampling": sampling, "recording": told}
-        point = raw | {"variant": "paths", "records": True, "seconds": seconds}
-        split_recording([raw, point])
+        point = whole | {"variant": "paths", "records": True, "seconds": seconds}
+        split_recording([whole, point])
         assert seconds["recording"] == pytest.approx(expected)
         assert sum(seconds.values()) == pytest.approx(sampling + told)
 
@@ -225,7 +225,7 @@ def test_limits_are_those_that_the_effects_of_a_stage_give_a_meaning_to() -> Non
 def test_what_a_limit_loses_is_told_from_images_of_the_same_noise(tmp_path: Path) -> None:
     limit = limits.LIMITS[0]
     renderer = kit.KnownRenderer(dark={limit.name: 0.9})
-    chosen = [variants.raw(), limit.variant]
+    chosen = [variants.raw(), variants.whole(), limit.variant]
     measured = kit.measure(renderer, tmp_path, chosen=chosen)
     references = {OWN: kit.exact_reference()}
     (row,) = limits.rows(measured, [limit], references)
@@ -249,7 +249,8 @@ def test_what_a_limit_loses_is_told_from_images_of_the_same_noise(tmp_path: Path
 def test_a_limit_that_could_not_be_rendered_has_no_row(tmp_path: Path) -> None:
     limit = limits.LIMITS[0]
     renderer = kit.KnownRenderer(broken=[limit.name])
-    measured = kit.measure(renderer, tmp_path, chosen=[variants.raw(), limit.variant])
+    chosen = [variants.raw(), variants.whole(), limit.variant]
+    measured = kit.measure(renderer, tmp_path, chosen=chosen)
     assert limits.rows(measured, [limit], {OWN: kit.exact_reference()}) == []
 
 

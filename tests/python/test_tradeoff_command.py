@@ -230,7 +230,7 @@ def test_an_installed_model_is_measured_through_render_settings(
     arguments = ["--spp", "1,4", "--seeds", "2", "--reference-spp", "8", "--only", "paths"]
     code, made, _, _ = run(scenes / "interior.usda", "--width", "64", *arguments)
     assert code == 0
-    assert {p["variant"] for p in made["points"]} == {"raw", "paths"}
+    assert {p["variant"] for p in made["points"]} == {"raw", "whole paths", "paths"}
     settings = made["variants"]["paths"]["settings"]
     assert settings == {"mbfeat:denoise:enabled": "true", "mbfeat:denoise:model": "paths"}
     assert "multiBounce" in made["variants"]["paths"]["title"]
@@ -364,7 +364,8 @@ def test_limits_are_measured_as_far_as_the_stage_calls_for_them(
     code, made, out, _ = run(scenes / "mirror.usda", "--width", "64", *arguments)
     assert code == 0
     # There is no glass in it, and its camera has no lens.
-    assert list(made["variants"]) == ["raw", "2 diffuse bounces", "1 reflection", "no caustics"]
+    limited = ["2 diffuse bounces", "1 reflection", "no caustics"]
+    assert list(made["variants"]) == ["raw", "whole paths", *limited]
     assert "2 transmissions is no variant: the stage does not call for transmission" in out
     assert "no blur is no variant: the stage does not call for depth of field" in out
     lost = {row["limit"]: row["lost"] for row in made["limits"]}

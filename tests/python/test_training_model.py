@@ -47,6 +47,9 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "one class": EXTENDED
     | {"layers": True, "vertex_encoder": 8, "classes": 1, "affinity": 3, "guides": True}
     | {"atrous": (2,)},
+    "as best": EXTENDED
+    | {"layers": True, "vertex_encoder": 8, "classes": 1, "affinity": 3, "guides": True}
+    | {"atrous": (1, 3), "guide_roughness": True, "demodulated": True},
     "one class, demodulated": EXTENDED | {"layers": True, "classes": 1, "demodulated": True},
     "first hit": EXTENDED
     | {"layers": True, "vertex_encoder": 8, "classes": 1, "guides": True, "first_hit": True},

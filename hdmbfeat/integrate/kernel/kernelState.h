@@ -81,6 +81,15 @@ LaneSampler<T> samplerOf(const LaneQuad<T>& keys) {
     return {word(keys.x), word(keys.y), word(keys.z)};
 }
 
+/// The bits of numbers below `count`.
+inline int bitsFor(int count) {
+    int bits = 0;
+    while ((1 << bits) < count) {
+        ++bits;
+    }
+    return bits;
+}
+
 template <class T>
 struct KernelState {
     static constexpr int kWidth = LaneTraits<T>::kWidth;
@@ -88,6 +97,7 @@ struct KernelState {
     KernelState(int pathCount, int branches, bool allFields, std::uint32_t flags)
         : capacity(pathCount),
           branchCount(branches),
+          branchBits(bitsFor(branches)),
           paths(pathCount * branches, kWidth, allFields),
           shadows(pathCount * branches, kWidth),
           recordStride(mbfeat::recordBytes(flags) / sizeof(float)),
@@ -105,6 +115,7 @@ struct KernelState {
     const PathContext* context = nullptr;
     int capacity;    ///< samples of a batch
     int branchCount; ///< paths that each may become, see ShadeStage::split()
+    int branchBits;  ///< that number them
     /// Branch b of the path in slot i is in slot i + b capacity, and so is its record.
     PathStream paths;
     ShadowQueue shadows;

@@ -13,11 +13,12 @@ namespace mbfeat {
 /// What the throughput `carried` is to be multiplied by from here on: `scale` as it was, times the
 /// square of the relative index that the path just crossed (radiance is scaled by its inverse), or
 /// where the path has scattered widely for the `first` time what makes the throughput 1. A path
-/// that is darker than a tenth by then is not kept any longer for it.
+/// that is darker than a tenth by then is not kept any longer for it; `share` is what of the
+/// throughput is a branch's since it is one of several, else 1.
 template <class T>
-T rouletteScale(const Mask<T>& first, const Vec3<T>& carried, const T& scale) {
+T rouletteScale(const Mask<T>& first, const Vec3<T>& carried, const T& share, const T& scale) {
     constexpr float kDarkest = 0.1F;
-    return select(first, T(1) / max(maxComponent(carried), T(kDarkest)), scale);
+    return select(first, T(1) / max(maxComponent(carried), T(kDarkest) * share), scale);
 }
 
 /// The probability to go on; 0 of a path that carries nothing.

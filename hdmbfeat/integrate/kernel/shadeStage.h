@@ -507,9 +507,13 @@ private:
         if (s_.branchCount == 1) {
             return T(1);
         }
-        const IntLane<T> isBranch = bitsOf(arrival.keys.w) & IntLane<T>(kFlagBranch);
-        const Mask<T> splits = v.bsdf.spreadsWidely() && toFloat(isBranch) == T(0);
+        const Mask<T> splits = v.bsdf.spreadsWidely() && !isBranch(arrival);
         return select(splits, T(static_cast<float>(s_.branchCount)), T(1));
+    }
+
+    /// Whether a path is one of several already.
+    static Mask<T> isBranch(const ArrivalLanes<T>& arrival) {
+        return toFloat(bitsOf(arrival.keys.w) & IntLane<T>(kFlagBranch)) > T(0);
     }
 
     /// Scatters paths of which some have several branches.
@@ -538,13 +542,11 @@ private:
         }
     }
 
-    /// The index of a branch's random numbers, bits reversed as its path's: those of all branches
-    /// of all paths are one sequence, so that together they are as even as those of paths are.
+    /// The index of a branch's random numbers, bits reversed as its path's: where all paths split,
+    /// into a power of two, those of all branches are one sequence, and so together as even as
+    /// those of paths are.
     T branchIndex(const T& index, int branch) const {
-        int bits = 0;
-        while ((1 << bits) < s_.branchCount) {
-            ++bits;
-        }
+        const int bits = s_.branchBits;
         const auto own =
             static_cast<std::int32_t>(static_cast<std::uint32_t>(branch) << (32 - bits));
         const auto kept = static_cast<std::int32_t>(0xFFFFFFFFU >> bits);
@@ -574,7 +576,10 @@ private:
         const IntLane<T> scatterings = countScatterings(before, sample);
         const Mask<T> first =
             scatteringCount(before) < T(1) && scatteringCount(scatterings) == T(1);
-        const T scale = rouletteScale<T>(first, carried, arrival.rouletteScale * sqr(sample.eta));
+        const T share =
+            select(isBranch(arrival), T(1.0F / static_cast<float>(s_.branchCount)), T(1));
+        const T scale =
+            rouletteScale<T>(first, carried, share, arrival.rouletteScale * sqr(sample.eta));
         if (vertex >= context_.options.russianRouletteStart) {
             const Mask<T> mayEnd = scatteringCount(scatterings) >
                                    T(static_cast<float>(context_.options.russianRouletteStart));

@@ -77,7 +77,8 @@ def measure(rendering: Rendering, report: Report, plan: Plan) -> dict[str, Any]:
     """Runs all cases in turns; `report` is one of the stage as it is."""
     present, absent = report["effects"]["present"], report["effects"]["absent"]
     own = rendering.own
-    threads = str(plan.threads)
+    # Recorded paths do not split, and an effect less may change what a trial of splitting finds.
+    alike = {"threads": str(plan.threads), "splitting": "1"}
     full = Case("", "full", replace(own, effects="full"))
     cases = cases_of(own, present, absent)
     # The full kernel oftener than the others: its ratio is asked for to a hundredth.
@@ -85,16 +86,14 @@ def measure(rendering: Rendering, report: Report, plan: Plan) -> dict[str, Any]:
     order = [full, *cases[:third], full, *cases[third : 2 * third], full, *cases[2 * third :]]
 
     def run(variant: Variant, samples: int) -> float:
-        result = rendering.render(variant, samplesPerPixel=str(samples), threads=threads)
+        result = rendering.render(variant, samplesPerPixel=str(samples), **alike)
         return seconds_of(result, plan.clock)
 
-    samples = _samples(
-        lambda spp: rendering.render(own, samplesPerPixel=spp, threads=threads), plan
-    )
+    samples = _samples(lambda spp: rendering.render(own, samplesPerPixel=spp, **alike), plan)
     for case in order:
         run(case.variant, 1)  # touches memory and commits the scene
     images = [
-        rendering.render(variant, samplesPerPixel="2", threads=threads)["digest"]
+        rendering.render(variant, samplesPerPixel="2", **alike)["digest"]
         for variant in (own, full.variant)
     ]
     for turn in range(plan.rounds):

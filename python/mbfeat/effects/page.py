@@ -63,7 +63,8 @@ Seconds of sampling for a million samples, as median (lowest .. highest). What a
 taken away and measured against the stage as it is; what it does not call for is forced on, or its
 AOVs are added. Each render has one of the stage as it is right before or after it; renders of all
 kinds take turns. Taking an effect away may change what paths meet and how long they get: that is
-part of its cost, and why some are below zero."""
+part of its cost, and why some are below zero. Paths do not split (`mbfeat:splitting=1`), since
+recorded ones never do."""
 
 
 def write_page(files: Sequence[Path]) -> int:

@@ -96,7 +96,9 @@ class _Work:
         models = [] if options.limits else variants.denoise_models()
         extra = [request.variant(text) for text in options.variant]
         limited = [limit.variant for limit in self.limits]
-        self.variants = [variants.raw(), *models, *filtered, *limited, *extra]
+        compared = [*models, *filtered, *limited]
+        baselines = [variants.raw(), *([variants.whole()] if compared else [])]
+        self.variants = [*baselines, *compared, *extra]
         self._add_peers(names, stack)
         variants.check_names(self.variants)
         self.variants = request.chosen(self.variants, options.only)

@@ -17,7 +17,7 @@ from mbfeat.tradeoff.inspection import InspectionError
 from mbfeat.tradeoff.measure import Measured, Point
 from mbfeat.tradeoff.reference import Reference
 from mbfeat.tradeoff.renders import Subject
-from mbfeat.tradeoff.variants import OWN, RAW, Variant
+from mbfeat.tradeoff.variants import OWN, SPLITTING, WHOLE, Variant
 from mbfeat.tradeoff.wording import number, samples
 
 ERRORS = ("relMSE", "FLIP")
@@ -41,7 +41,7 @@ class Limit:
     def variant(self) -> Variant:
         """The limited render."""
         title = f"the mean of the samples with {self.setting}={self.value}"
-        return Variant(self.name, title, {self.setting: self.value})
+        return Variant(self.name, title, {self.setting: self.value, SPLITTING: "1"})
 
 
 LIMITS = (
@@ -79,11 +79,12 @@ def effects_of(subject: Subject) -> list[str]:
 def rows(
     measured: Measured, limits: Sequence[Limit], references: Mapping[str, Reference]
 ) -> list[dict[str, Any]]:
-    """What each limit changes at the most samples that were measured, beside raw.
+    """What each limit changes at the most samples that were measured, beside whole paths.
 
-    Limited and full images share their random numbers, so that light that is not lost cancels:
-    `lost` is the relMSE that the lost light would leave after any number of samples, and `bias` the
-    difference of mean brightness. `sampling` is the time of the sampling by that of the full one.
+    Limited and full images are of paths that do not split and share their random numbers, so that
+    light that is not lost cancels: `lost` is the relMSE that the lost light would leave after any
+    number of samples, and `bias` the difference of mean brightness. `sampling` is the time of the
+    sampling by that of the full one.
     """
     reference = references[OWN].image.astype(np.float64)
     found = []
@@ -95,7 +96,7 @@ def rows(
         pairs = [
             (point, mine[spp, point["seed"]])
             for point in measured.points
-            if point["variant"] == RAW and (point["samples_per_pixel"], point["seed"]) in mine
+            if point["variant"] == WHOLE and (point["samples_per_pixel"], point["seed"]) in mine
             if point["samples_per_pixel"] == spp
         ]
         full, limited = _images(measured, limit, spp)
@@ -131,7 +132,7 @@ def _images(
     measured: Measured, limit: Limit, spp: int
 ) -> tuple[list[NDArray[np.float64]], list[NDArray[np.float64]]]:
     """Full and limited images of the same seeds, [3, height, width]."""
-    full = [image.astype(np.float64) for image in measured.images[RAW, spp]]
+    full = [image.astype(np.float64) for image in measured.images[WHOLE, spp]]
     limited = [image.astype(np.float64) for image in measured.images[limit.name, spp]]
     return full, limited
 
@@ -146,7 +147,7 @@ def pictures(measured: Measured, found: Sequence[Mapping[str, Any]]) -> list[lis
         name, spp = row["limit"], row["samples_per_pixel"]
         full, limited = (
             np.mean([image.astype(np.float64) for image in measured.images[variant, spp]], axis=0)
-            for variant in (RAW, name)
+            for variant in (WHOLE, name)
         )
         window = most_changed(limited, full)
         before, after = displayed(window.of(full)), displayed(window.of(limited))
@@ -192,8 +193,9 @@ def meaning(found: Sequence[Mapping[str, Any]]) -> str:
     spp = max(row["samples_per_pixel"] for row in found)
     return (
         f"At {samples(spp)}. Sampling time is by that of the full render: median and range of the "
-        "seeds. Limited and full images share their random numbers, so that only lost light tells "
-        "them apart: bias is the difference of their mean brightness, and lost the relMSE that it "
-        "leaves after any number of samples (their squared bias). The errors are against the "
-        "reference, noise and all: a limit pays where its relMSE falls by more than is lost."
+        "seeds. Limited and full images are of paths that do not split and share their random "
+        "numbers, so that only lost light tells them apart: bias is the difference of their mean "
+        "brightness, and lost the relMSE that it leaves after any number of samples (their squared "
+        "bias). The errors are against the reference, noise and all: a limit pays where its relMSE "
+        "falls by more than is lost."
     )

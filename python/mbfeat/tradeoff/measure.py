@@ -11,7 +11,7 @@ from mbfeat.metrics.bias import brightness_bias
 from mbfeat.tradeoff.kept import Keep, digest
 from mbfeat.tradeoff.reference import FIRST_SEED, SEEDS, Reference, Tell
 from mbfeat.tradeoff.renders import PHASES, Image, Renderer, RenderError, Shot
-from mbfeat.tradeoff.variants import RAW, Variant
+from mbfeat.tradeoff.variants import RAW, WHOLE, Variant
 from mbfeat.tradeoff.wording import duration, samples
 
 Point = dict[str, Any]
@@ -171,16 +171,16 @@ class Forecast:
 def split_recording(points: Sequence[Point]) -> None:
     """Tells what recording features takes from sampling, in place.
 
-    It is what the sampling took longer than that of the raw image of the same samples and seed, but
+    It is what the sampling took longer than that of whole paths of the same samples and seed, but
     not less than what the renderer tells of it.
     """
-    raw = {
+    whole_paths = {
         (point["samples_per_pixel"], point["seed"]): point["seconds"]["sampling"]
         for point in points
-        if point["variant"] == RAW
+        if point["variant"] == WHOLE
     }
     for point in points:
-        before = raw.get((point["samples_per_pixel"], point["seed"]))
+        before = whole_paths.get((point["samples_per_pixel"], point["seed"]))
         if not point["records"] or before is None:
             continue
         seconds = point["seconds"]

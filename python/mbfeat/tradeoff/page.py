@@ -40,11 +40,12 @@ blur, or beside Mitsuba 3 and Cycles, and write this page. `DIR` holds
 and ranges; `answers`), `tradeoff.csv`, `tradeoff.html` and `tradeoff.png`, and in `kept/` every
 render: an interrupted run goes on where it was, and a run against another reference renders
 nothing again. Every render is a process of its own; variants take turns, with the same random
-numbers at the same number of samples. Recording is what the sampling of a render with features
-takes longer than that of the raw image, or what the renderer tells of it where that is more. Open
-Image Denoise counts its device and its filter, not the start of its process. A peer's process is
-started once for all of its images; its start, the loading of the translated stage and what its
-first render takes longer count with each of them.
+numbers at the same number of samples. Paths whose features are recorded do not split; the variant
+`whole paths` does not either. Recording is what the sampling of a render with features takes longer
+than that of whole paths, or what the renderer tells of it where that is more. Open Image Denoise
+counts its device and its filter, not the start of its process. A peer's process is started once for
+all of its images; its start, the loading of the translated stage and what its first render takes
+longer count with each of them.
 
 Every render takes the samples of its rung, whatever targets, denoiser, AOV to look at and data
 window the stage's settings have; `--set` changes other settings of all of them. Files that the

@@ -15,7 +15,7 @@ from mbfeat.tradeoff import peers, reference, variants
 from mbfeat.tradeoff.inspection import StageFacts, inspect
 from mbfeat.tradeoff.measure import MOST_SEEDS
 from mbfeat.tradeoff.renders import Subject
-from mbfeat.tradeoff.variants import RAW, Variant
+from mbfeat.tradeoff.variants import RAW, WHOLE, Variant
 
 RUNGS = (1, 4, 16, 64, 256)
 REFERENCE_FACTOR = 16  # samples of a rendered reference by those of the last rung
@@ -177,7 +177,7 @@ def height_of(facts: StageFacts, width: int) -> int:
 
 
 def chosen(found: Sequence[Variant], only: str | None) -> list[Variant]:
-    """Those that are named, and raw, to which all others are compared."""
+    """Those that are named, and raw and whole paths, to which others are compared."""
     if not only:
         return list(found)
     wanted = [name.strip() for name in only.split(",") if name.strip()]
@@ -187,4 +187,6 @@ def chosen(found: Sequence[Variant], only: str | None) -> list[Variant]:
             raise UsageError(
                 f"--only {name}: there is no such variant; there are {', '.join(known)}"
             )
+    if any(variant.is_whole for variant in found if variant.name in wanted):
+        wanted.append(WHOLE)
     return [variant for variant in found if variant.name in (RAW, *wanted)]

@@ -8,6 +8,8 @@ from typing import Any
 
 OWN = "mbfeat"
 RAW = "raw"
+WHOLE = "whole paths"
+SPLITTING = "mbfeat:splitting"
 DENOISE = "mbfeat:denoise:enabled"
 FIRST_HIT = ("mbfeat:albedo:0", "mbfeat:normal:0")
 FIRST_NON_DELTA = (
@@ -44,6 +46,11 @@ class Variant:
         return bool(self.features) or DENOISE in self.settings
 
     @property
+    def is_whole(self) -> bool:
+        """Whether its paths never split, as recorded ones do not."""
+        return self.records or self.settings.get(SPLITTING) == "1"
+
+    @property
     def renders(self) -> dict[str, Any]:
         """All that its image depends on."""
         return {
@@ -58,6 +65,13 @@ class Variant:
 def raw() -> Variant:
     """The mean of the samples, as the renderer leaves it."""
     return Variant(RAW, "the mean of the samples")
+
+
+def whole() -> Variant:
+    """The same of paths that do not split: what shares its random numbers with those that record
+    features, and with limited ones, of which a limit could change the number of branches.
+    """
+    return Variant(WHOLE, "the mean of the samples, of paths that do not split", {SPLITTING: "1"})
 
 
 def denoise_models() -> list[Variant]:

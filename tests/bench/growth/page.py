@@ -57,7 +57,9 @@ NOTES = {
     "memory.",
     "resolution": "Four samples a pixel of a terrain of 100,000 triangles, as in all that follows.",
     "samples": "160 x 90 pixels.",
-    "aovs": "Of albedo, normal and direct at six path vertices, three values each, with `color`.",
+    "aovs": "Of albedo, normal and direct at six path vertices, three values each, with `color`. "
+    "Paths do not split in any of these renders (`mbfeat:splitting=1`), since recorded ones never "
+    "do.",
     "fixed": "Shares of the whole, from opening the stage to the written image, at 16 samples a "
     "pixel: of the phases outside sampling, and of the intercept of the line through 1 and 16 "
     "samples. The intercept counts whatever makes the first sample of a pixel dearer than those "

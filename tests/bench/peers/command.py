@@ -25,8 +25,8 @@ from peers.rendering import Job
 
 QUICK = {
     "width": 128,
-    "rounds": 2,
-    "seconds": 0.6,
+    "rounds": 3,
+    "seconds": 1.0,
     "seeds": 2,
     "max_spp": 64,
     "max_reference_spp": 256,

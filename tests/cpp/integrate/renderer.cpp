@@ -241,7 +241,7 @@ TEST_CASE("a viewer's first pass has the whole image at reduced resolution first
     CHECK(missing == 0);
 }
 
-TEST_CASE("what a viewer gets is the image that others get, bit for bit") {
+TEST_CASE("what a viewer gets is the image that others get at its splitting, bit for bit") {
     Stage stage;
     Renderer renderer(stage.scene);
     std::vector<std::vector<float>> images;

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "film/renderer.h"
 #include "support/check.h"
 #include "testScenes.h"
 
@@ -50,6 +52,27 @@ void fillField(TestScene& test) {
     test.add("/Ground", quadMesh({-50, -1, -50}, {100, 0, 0}, {0, 0, 100}),
              constantMaterial("/M/Ground", {0.2F, 0.2F, 0.2F}));
     test.addLamp(1.0);
+}
+
+/// So many samples that an image of kSide pixels a side is worth a trial.
+constexpr int kWorthwhile = 2000;
+
+/// What the view of a request comes to split into.
+int branchesOf(TestScene& test, const IntegratorRequest& request) {
+    Integrator integrator(test.scene);
+    prepareView(integrator, request, testCamera({0, 0.5, 1.5}, 0.7F), kSide, kSide);
+    CHECK(integrator.statistics().rays == 0); // trials are not the image's
+    return integrator.kernel().branches;
+}
+
+IntegratorRequest fitted(int samples, Kernel kernel = Kernel::kAuto, std::uint64_t seed = 5) {
+    IntegratorRequest request;
+    request.options = exactOptions(samples);
+    request.options.maxBounces = 8;
+    request.options.splitting = kFittedSplitting;
+    request.options.kernel = kernel;
+    request.options.seed = seed;
+    return request;
 }
 
 struct Estimate {
@@ -154,12 +177,81 @@ TEST_CASE("whether paths split is as it pays, and as the setting says") {
     fillField(field);
     for (const Kernel kernel : {Kernel::kScalar, Kernel::kAvx2, Kernel::kAuto}) {
         for (std::uint64_t seed = 0; seed < 3; ++seed) {
-            CHECK(estimate(room, kFittedSplitting, 1, kernel, seed).branches == 2);
-            CHECK(estimate(field, kFittedSplitting, 1, kernel, seed).branches == 1);
+            CHECK(branchesOf(room, fitted(kWorthwhile, kernel, seed)) == 4);
+            CHECK(branchesOf(field, fitted(kWorthwhile, kernel, seed)) == 1);
         }
     }
     CHECK(estimate(field, 3, 1).branches == 3);
     CHECK(estimate(room, 1, 1).branches == 1);
+}
+
+TEST_CASE("where a trial would be much of the work, or be stopped, paths stay whole") {
+    TestScene room;
+    fillRoom(room);
+    CHECK(branchesOf(room, fitted(100)) == 1);
+    IntegratorRequest stopped = fitted(kWorthwhile);
+    stopped.stop = [] { return true; };
+    CHECK(branchesOf(room, stopped) == 1);
+    IntegratorRequest single = fitted(kWorthwhile);
+    single.options.maxBounces = 1;
+    CHECK(branchesOf(room, single) == 1);
+}
+
+TEST_CASE("paths that are recorded or clamped stay whole, which is said where it is not meant") {
+    const auto isTold = [](const TestScene& room) {
+        const std::vector<Message> messages = room.diagnostics.messages();
+        return std::any_of(messages.begin(), messages.end(), [](const Message& message) {
+            return message.subject == "mbfeat:splitting" &&
+                   message.text.find("is 1 for this view, not 4") != std::string::npos;
+        });
+    };
+    const auto clampDirect = [](IntegratorRequest& r) { r.options.clampDirect = 2.0F; };
+    const auto clampIndirect = [](IntegratorRequest& r) { r.options.clampIndirect = 2.0F; };
+    const auto contributions = [](IntegratorRequest& r) { r.recordFlags = kRecordContributions; };
+    const auto features = [](IntegratorRequest& r) { r.recordFlags = kRecordFeatures; };
+    const auto firstHit = [](IntegratorRequest& r) { r.recordFlags = kRecordFirstHit; };
+    using Change = void (*)(IntegratorRequest&);
+    for (const Change change :
+         {Change(clampDirect), Change(clampIndirect), Change(contributions), Change(features)}) {
+        TestScene room;
+        fillRoom(room);
+        IntegratorRequest request = fitted(kWorthwhile);
+        change(request);
+        CHECK(branchesOf(room, request) == 1);
+        CHECK_FALSE(isTold(room)); // nobody asked for branches
+        request.options.splitting = 4;
+        CHECK(branchesOf(room, request) == 1);
+        CHECK(isTold(room));
+    }
+    TestScene room;
+    fillRoom(room);
+    IntegratorRequest request = fitted(kWorthwhile);
+    firstHit(request);
+    CHECK(branchesOf(room, request) == 4);
+}
+
+TEST_CASE("a viewer does not try out whether paths split") {
+    TestScene room;
+    fillRoom(room);
+    Renderer renderer(room.scene);
+    std::vector<int> branches;
+    for (const bool interactive : {false, true}) {
+        FilmRequest request;
+        request.window.width = request.window.height = 2 * kSide;
+        request.window.data = {0, 0, 1, 1};
+        RenderJob job;
+        RenderView view;
+        view.camera = testCamera({0, 0.5, 1.5}, 0.7F);
+        view.film = std::make_shared<Film>(request);
+        job.views.push_back(view);
+        job.options = fitted(kWorthwhile).options;
+        job.interactive = interactive;
+        renderer.start(job);
+        renderer.wait();
+        branches.push_back(renderer.report().kernel.branches);
+    }
+    CHECK(branches[0] == 4);
+    CHECK(branches[1] == 1);
 }
 
 TEST_CASE("a batch that is stopped leaves nothing of its branches behind") {
@@ -188,22 +280,15 @@ TEST_CASE("a batch that is stopped leaves nothing of its branches behind") {
     CHECK(sum > 0.0);
 }
 
-TEST_CASE("a part of an image splits as the whole does, and paths of one scattering do not") {
+TEST_CASE("a part of an image splits as the whole does") {
     TestScene test;
     fillRoom(test);
     Integrator integrator(test.scene);
-    IntegratorRequest request;
-    request.options = exactOptions(1);
-    request.options.maxBounces = 8;
-    request.options.splitting = kFittedSplitting;
+    const IntegratorRequest request = fitted(kWorthwhile);
     REQUIRE(integrator.commit(request.options, {}));
     ImageWindow window;
     window.width = window.height = kSide;
     window.data = {0, 0, 1, 1};
     REQUIRE_FALSE(integrator.setView(testCamera({0, 0.5, 1.5}, 0.7F), window, request));
-    CHECK(integrator.kernel().branches == 2);
-    request.options.maxBounces = 1;
-    REQUIRE_FALSE(integrator.setView(testCamera({0, 0.5, 1.5}, 0.7F), window, request));
-    CHECK(integrator.kernel().branches == 1);
-    CHECK(integrator.statistics().rays == 0); // trials are not the image's
+    CHECK(integrator.kernel().branches == 4);
 }
