@@ -124,7 +124,7 @@ std::vector<SettingDescriptor> makeSettingTable() {
             "Paths that a path becomes at the first surface that scatters diffusely or is "
             "rough: less noise from indirect light for one shared way there; 0 is 1, 2 or "
             "4, by the noise and the rays of each in a small trial, and 1 in viewers and for "
-            "fewer than 196,608 samples in all. It is 1 where path features or contributions "
+            "fewer than 24,576 samples in all. It is 1 where path features or contributions "
             "are recorded, or light is clamped."),
         makeReal("mbfeat:clampDirect", "Clamp direct", defaults.clampDirect, 0.0, 1e30,
                  "Largest value that light seen directly or at the first hit adds to a sample, in "

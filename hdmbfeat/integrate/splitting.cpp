@@ -20,8 +20,8 @@ constexpr double kRaysOfSample = 1.5; ///< what a sample costs beside its rays, 
 constexpr double kBiasOfTwo = 1.05;
 constexpr double kDark = 0.01; ///< what squared errors are relative to at least, as for relMSE
 constexpr int kMostBranches = 4;
-/// A trial of all numbers of branches has at most an eighth of the image's paths.
-constexpr double kLeastPaths = 8.0 * 3 * 2 * kPixels * kSamples;
+/// A trial of all numbers of branches has no more paths than the image itself.
+constexpr double kLeastPaths = 3.0 * 2 * kPixels * kSamples;
 
 /// Pixels spread over the image, and the samples of each side by side.
 std::vector<PixelSample> trialSamples(int width, int height) {
@@ -44,10 +44,11 @@ std::vector<PixelSample> trialSamples(int width, int height) {
 
 /// Mean radiance of each pixel's samples; nothing when it was stopped.
 std::vector<Rgb> trialMeans(const PathContext& context, const std::vector<PixelSample>& samples,
-                            std::uint32_t seed, PathWorker& worker, const StopCheck& stop) {
+                            std::uint64_t seed, PathWorker& worker, const StopCheck& stop) {
     RenderOptions options = context.options;
     options.seed = seed;
-    const PathContext trial = context.with(options);
+    PathContext trial = context.with(options);
+    trial.frame = 0;
     const auto capacity = static_cast<std::size_t>(worker.capacity());
     std::vector<Rgb> means(kPixels, Rgb(0.0F));
     for (std::size_t first = 0; first < samples.size(); first += capacity) {
@@ -72,10 +73,10 @@ std::vector<Rgb> trialMeans(const PathContext& context, const std::vector<PixelS
 std::optional<double> noiseTimesRays(const PathContext& context,
                                      const std::vector<PixelSample>& samples, float exposureScale,
                                      PathWorker& worker, const StopCheck& stop) {
-    const std::uint32_t seed =
-        sampling::mix32(static_cast<std::uint32_t>(context.options.seed) ^ 0x51B7A2D5U);
-    const std::vector<Rgb> first = trialMeans(context, samples, seed, worker, stop);
-    const std::vector<Rgb> second = trialMeans(context, samples, seed + 1U, worker, stop);
+    // Whatever the image's: then images of one view are alike, and may be averaged.
+    constexpr std::uint64_t kSeed = 0x51B7A2D5;
+    const std::vector<Rgb> first = trialMeans(context, samples, kSeed, worker, stop);
+    const std::vector<Rgb> second = trialMeans(context, samples, kSeed + 1, worker, stop);
     if (first.empty() || second.empty()) {
         return std::nullopt;
     }
@@ -98,7 +99,7 @@ std::optional<double> noiseTimesRays(const PathContext& context,
 int fittedBranches(const PathContext& context, int width, int height, float exposureScale,
                    const WorkerMaker& makeWorker, const StopCheck& stop) {
     const double paths = static_cast<double>(width) * height * context.options.samplesPerPixel;
-    // Nothing is behind the first vertex but what lights send there, or a trial takes too long.
+    // Nothing is behind the first vertex but what lights send there, or a trial takes as long.
     if (context.options.maxBounces < 2 || paths < kLeastPaths) {
         return 1;
     }

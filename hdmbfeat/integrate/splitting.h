@@ -4,8 +4,8 @@
 // from behind that vertex and most of the rays are spent before it, which is a matter of the scene:
 // so both are measured, on a few pixels, unsplit and split, and what has less noise for its rays is
 // taken, to a margin (the efficiency of Monte Carlo estimators; Arvo and Kirk 1990, "Particle
-// transport and image synthesis", section 5). What is measured depends on the view and the seed
-// alone, neither on threads nor kernels, and shares no random numbers with the image: so the image
+// transport and image synthesis", section 5). What is measured depends on the view alone,
+// neither on threads nor kernels, frame nor seed, and has random numbers of its own: so the image
 // stays unbiased.
 #pragma once
 
@@ -22,7 +22,7 @@ using WorkerMaker = std::function<std::unique_ptr<PathWorker>(int branches)>;
 
 /// 1, 2 or 4. `context` is the view's, width and height those of its display window, so that a part
 /// of an image is what it is in the whole. One thread; 8,192 paths for each number that is tried,
-/// and 1 without a trial for images of fewer than 196,608 samples. `stop` (may be empty) is polled;
+/// and 1 without a trial for images of fewer than 24,576 samples. `stop` (may be empty) is polled;
 /// true ends it early.
 int fittedBranches(const PathContext& context, int width, int height, float exposureScale,
                    const WorkerMaker& makeWorker, const StopCheck& stop);

@@ -78,6 +78,42 @@ def test_bits_are_the_same_for_every_kernel(scene: str, tmp_path: Path) -> None:
     assert different(images[0], images[2]) == []
 
 
+def split(scene: str, folder: Path, **settings: object) -> tuple[dict[str, bytes], int]:
+    """The bits of an image whose paths may split, which recorded ones do not, and into how many."""
+    folder.mkdir()
+    stage = open_scene(scene)
+    add_product(stage, folder / "image.exr", resolution=RESOLUTION)
+    frame = record(stage, folder, **settings)
+    assert frame.report.errors == []
+    (part,) = read_parts(folder / "image.exr")
+    branches = frame.report.to_dict()["kernel"]["branches"]
+    return {name: values.tobytes() for name, values in part.channels.items()}, branches
+
+
+def test_bits_are_the_same_where_paths_split(tmp_path: Path) -> None:
+    setups: list[dict[str, object]] = [{"threads": 1, "tileSize": 16}, {"threads": 7}]
+    setups += [{"kernel": kernel} for kernel in ("scalar", "avx2", "avx512")]
+    whole, _ = split("interior", tmp_path / "whole", samplesPerPixel=5, splitting=1)
+    # Left to a trial, at as many samples as make one worth while.
+    for splitting, spp in ((2, 5), (4, 5), (0, 32)):
+        made = [
+            split(
+                "interior",
+                tmp_path / f"{splitting}_{i}",
+                samplesPerPixel=spp,
+                splitting=splitting,
+                **setup,
+            )
+            for i, setup in enumerate(setups)
+        ]
+        first, branches = made[0]
+        assert branches == splitting or (splitting == 0 and branches > 1)
+        assert "R" in different(whole, first)
+        for setup, (image, others) in zip(setups[1:], made[1:], strict=True):
+            assert others == branches
+            assert different(first, image) == [], f"{splitting}: {setup}"
+
+
 def test_another_seed_is_another_image_and_the_same_one_the_same(tmp_path: Path) -> None:
     first, again, other = (
         rendered("interior", tmp_path / name, seed=seed)

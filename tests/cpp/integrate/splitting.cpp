@@ -55,7 +55,7 @@ void fillField(TestScene& test) {
 }
 
 /// So many samples that an image of kSide pixels a side is worth a trial.
-constexpr int kWorthwhile = 2000;
+constexpr int kWorthwhile = 200;
 
 /// What the view of a request comes to split into.
 int branchesOf(TestScene& test, const IntegratorRequest& request) {
