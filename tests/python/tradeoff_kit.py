@@ -68,7 +68,7 @@ def install_models(monkeypatch: pytest.MonkeyPatch, features: Mapping[str, str])
 
 
 MODEL = Variant("paths", "a model", {variants.DENOISE: "true", "mbfeat:denoise:model": "paths"})
-BOTH = [variants.raw(), variants.whole(), MODEL]
+BOTH = [variants.raw(), MODEL]
 
 
 def exact_reference() -> Reference:
