@@ -77,7 +77,7 @@ public:
     /// True where evaluate() can be different from zero, so that light sampling makes sense.
     Mask<T> hasNonDelta() const;
 
-    /// True where light is scattered diffusely, or by a rough interface.
+    /// True where light is scattered diffusely, or by a rough interface or clearcoat.
     Mask<T> spreadsWidely() const {
         const Mask<T> base = maxComponent(diffuse_) > T(0) || p_.roughness > T(kWideRoughness);
         if constexpr (kCoats) {

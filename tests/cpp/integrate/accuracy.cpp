@@ -28,14 +28,7 @@ struct Stage : TestScene {
 };
 
 RenderView viewOf(int width, int height) {
-    FilmRequest request;
-    request.window.width = width;
-    request.window.height = height;
-    request.window.data = {0, 0, width, height};
-    RenderView view;
-    view.camera = testCamera({0, 0, 4}, 0.5F);
-    view.film = std::make_shared<Film>(request);
-    return view;
+    return test::viewOf(testCamera({0, 0, 4}, 0.5F), width, height);
 }
 
 std::vector<std::uint32_t> countsOf(const Film& film) {

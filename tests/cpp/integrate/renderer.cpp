@@ -21,14 +21,8 @@ double millisecondsSince(Clock::time_point begin) {
 
 /// A job that takes far longer than a test.
 RenderJob endlessJob() {
-    FilmRequest request;
-    request.window.width = request.window.height = 64;
-    request.window.data = {0, 0, 64, 64};
     RenderJob job;
-    RenderView view;
-    view.camera = testCamera({0, 0, 4}, 0.5F);
-    view.film = std::make_shared<Film>(request);
-    job.views.push_back(view);
+    job.views.push_back(viewOf(testCamera({0, 0, 4}, 0.5F), 64, 64));
     job.options = exactOptions(1 << 24);
     return job;
 }

@@ -3,11 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <string>
 #include <vector>
 
-#include "film/renderer.h"
 #include "support/check.h"
 #include "testScenes.h"
 
@@ -233,25 +231,10 @@ TEST_CASE("paths that are recorded or clamped stay whole, which is said where it
 TEST_CASE("a viewer does not try out whether paths split") {
     TestScene room;
     fillRoom(room);
-    Renderer renderer(room.scene);
-    std::vector<int> branches;
-    for (const bool interactive : {false, true}) {
-        FilmRequest request;
-        request.window.width = request.window.height = 2 * kSide;
-        request.window.data = {0, 0, 1, 1};
-        RenderJob job;
-        RenderView view;
-        view.camera = testCamera({0, 0.5, 1.5}, 0.7F);
-        view.film = std::make_shared<Film>(request);
-        job.views.push_back(view);
-        job.options = fitted(kWorthwhile).options;
-        job.interactive = interactive;
-        renderer.start(job);
-        renderer.wait();
-        branches.push_back(renderer.report().kernel.branches);
-    }
-    CHECK(branches[0] == 4);
-    CHECK(branches[1] == 1);
+    const RenderOptions options = fitted(kWorthwhile).options;
+    const RenderView view = viewOf(testCamera({0, 0.5, 1.5}, 0.7F), kSide, kSide);
+    CHECK(renderView(room.scene, view, options).kernel.branches == 4);
+    CHECK(renderView(room.scene, view, options, true).kernel.branches == 1);
 }
 
 TEST_CASE("a batch that is stopped leaves nothing of its branches behind") {

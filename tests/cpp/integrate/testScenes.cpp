@@ -133,8 +133,33 @@ void prepareView(Integrator& integrator, const IntegratorRequest& request, const
     REQUIRE_FALSE(problem);
 }
 
-RenderReport renderView(Scene& scene, const RenderView& view, const RenderOptions& options) {
+namespace {
+
+FilmRequest filmRequest(int width, int height) {
+    FilmRequest request;
+    request.window.width = width;
+    request.window.height = height;
+    request.window.data = {0, 0, width, height};
+    return request;
+}
+
+RenderView viewOf(const Camera& camera, const FilmRequest& request) {
+    RenderView view;
+    view.camera = camera;
+    view.film = std::make_shared<Film>(request);
+    return view;
+}
+
+} // namespace
+
+RenderView viewOf(const Camera& camera, int width, int height) {
+    return viewOf(camera, filmRequest(width, height));
+}
+
+RenderReport renderView(Scene& scene, const RenderView& view, const RenderOptions& options,
+                        bool interactive) {
     RenderJob job;
+    job.interactive = interactive;
     job.views.push_back(view);
     job.options = options;
     Renderer renderer(scene);
@@ -146,18 +171,12 @@ RenderReport renderView(Scene& scene, const RenderView& view, const RenderOption
 
 std::shared_ptr<Film> render(Scene& scene, const Camera& camera, int width, int height,
                              const std::vector<std::string>& aovs, const RenderOptions& options) {
-    FilmRequest request;
-    request.window.width = width;
-    request.window.height = height;
-    request.window.data = {0, 0, width, height};
+    FilmRequest request = filmRequest(width, height);
     request.aovs = aovs;
     request.samplesPerPixel = options.samplesPerPixel;
-    auto film = std::make_shared<Film>(request);
-    RenderView view;
-    view.camera = camera;
-    view.film = film;
+    const RenderView view = viewOf(camera, request);
     renderView(scene, view, options);
-    return film;
+    return view.film;
 }
 
 std::vector<float> aov(const Film& film, const std::string& name) {

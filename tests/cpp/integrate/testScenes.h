@@ -44,8 +44,12 @@ Camera testCamera(const Double3& position, float tangent);
 void prepareView(Integrator& integrator, const IntegratorRequest& request, const Camera& camera,
                  int width, int height);
 
-/// Renders the view and waits.
-RenderReport renderView(Scene& scene, const RenderView& view, const RenderOptions& options);
+/// A view of that many pixels, all of them, with a film of `color`.
+RenderView viewOf(const Camera& camera, int width, int height);
+
+/// Renders the view and waits; `interactive` as a viewer does.
+RenderReport renderView(Scene& scene, const RenderView& view, const RenderOptions& options,
+                        bool interactive = false);
 
 /// Renders with the given AOVs and waits.
 std::shared_ptr<Film> render(Scene& scene, const Camera& camera, int width, int height,
