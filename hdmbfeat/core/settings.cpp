@@ -123,9 +123,11 @@ std::vector<SettingDescriptor> makeSettingTable() {
             "mbfeat:splitting", "Splitting", defaults.splitting, 0, 16,
             "Paths that a path becomes at the first surface that scatters diffusely or is "
             "rough: less noise from indirect light for one shared way there; 0 is 1, 2 or "
-            "4, by the noise and the rays of each in a small trial, and 1 in viewers and for "
-            "fewer than 24,576 samples in all. It is 1 where path features or contributions "
-            "are recorded, or light is clamped."),
+            "4, by the noise and the rays of each in a small trial, and 1 in viewers and where "
+            "24,576 samples in all are not sure to be taken. With a target error, noise below it "
+            "is no reason to split; with a time limit alone one sample a pixel is sure. It is 1 "
+            "where path features or contributions are recorded, or light is clamped. What was "
+            "chosen is told in the summary, and as `mbfeat:branches` in EXR headers."),
         makeReal("mbfeat:clampDirect", "Clamp direct", defaults.clampDirect, 0.0, 1e30,
                  "Largest value that light seen directly or at the first hit adds to a sample, in "
                  "radiance; 0 is no clamp. A clamp loses energy."),

@@ -267,6 +267,14 @@ struct Renderer::Impl final : PassObserver {
         phase("tiles", std::max(secondsSince(start) - times.inference - times.splat, 0.0));
     }
 
+    /// Before a view may end; 0 where it gets all of its samples.
+    static int leastSamples(const RenderOptions& options) {
+        if (kHasTargets && options.targetError > 0.0) {
+            return Refinement::kLeastSamples;
+        }
+        return kHasTargets && options.timeLimit > 0.0 ? 1 : 0;
+    }
+
     void renderView(std::size_t index) {
         const RenderView& view = job.views[index];
         IntegratorRequest request;
@@ -278,6 +286,7 @@ struct Renderer::Impl final : PassObserver {
         request.recordFlags = view.film->recordFlags();
         request.primvars = view.film->primvars();
         request.frame = job.frame;
+        request.leastSamples = leastSamples(job.options);
         request.messages = job.messages.get();
         request.stop = [this] { return shouldStop(); };
         if (const Status problem = integrator.setView(view.camera, view.film->window(), request)) {
@@ -311,6 +320,7 @@ struct Renderer::Impl final : PassObserver {
     void reportView(const RenderView& view) {
         const std::lock_guard lock(reportMutex);
         report.kernel = integrator.kernel();
+        report.branches.push_back(report.kernel.branches);
         addView(report.census, view, integrator.hasLens());
         report.memory = integrator.memory(passes.worker());
         report.workers = passes.workerCount();

@@ -179,6 +179,11 @@ Attributes RenderReport::headerAttributes() const {
     add("samplesPerPixel", std::to_string(samplesPerPixel));
     add("samplesTaken", "fewest " + std::to_string(sampling.fewest) + ", mean " +
                             toText(sampling.mean) + ", most " + std::to_string(sampling.most));
+    std::vector<std::string> ofViews;
+    for (const int count : branches) {
+        ofViews.push_back(std::to_string(count));
+    }
+    add("branches", join(ofViews));
     add("stopped", stopReasonName(sampling.stop));
     if (sampling.error) {
         add("estimatedError", toText(sampling.error->whole));

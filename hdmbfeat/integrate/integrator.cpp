@@ -133,8 +133,11 @@ struct Integrator::Impl {
                                 ". Set it to 0 or 1, or leave that out.");
         }
         if (branches == kFittedSplitting) {
+            const int most = options.samplesPerPixel;
+            const int least =
+                request.leastSamples > 0 ? std::min(request.leastSamples, most) : most;
             branches = fittedBranches(
-                context(), width, height, camera.exposureScale(),
+                {context(), width, height, least, camera.exposureScale()},
                 [this](int count) { return makeWorker(count); }, request.stop);
         }
     }

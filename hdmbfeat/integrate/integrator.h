@@ -25,6 +25,7 @@ struct IntegratorRequest {
     std::uint32_t recordFlags = kRecordColor;
     std::vector<std::string> primvars; ///< names behind primvars:*, at most kMaxPrimvarAovs
     std::int64_t frame = 0;
+    int leastSamples = 0; ///< that each pixel gets, however soon the view ends; 0: all of them
     Diagnostics* messages = nullptr; ///< for bad settings and samples; null: the scene's
     StopCheck stop;                  ///< may be empty; ends what setView() tries out
 };

@@ -66,13 +66,23 @@ std::vector<Rgb> trialMeans(const PathContext& context, const std::vector<PixelS
     return means;
 }
 
-/// Squared differences between two estimates of each pixel, relative to its squared mean, times the
-/// rays that both took. Samples of an estimate are stratified: their own spread would count what
-/// varies within a pixel, which they average out and splitting does not. Nothing when it was
-/// stopped.
-std::optional<double> noiseTimesRays(const PathContext& context,
-                                     const std::vector<PixelSample>& samples, float exposureScale,
-                                     PathWorker& worker, const StopCheck& stop) {
+/// The noise of a trial that leaves a view at its target error after its least samples: noise is
+/// added up over kPixels and three colours, of two times kSamples. The error of a view is of the
+/// same terms (film/errorEstimate.h).
+double noiseAtTarget(const SplittingView& view) {
+    const double target = view.context.options.targetError;
+    const double samples = static_cast<double>(view.leastSamples) / (2 * kSamples);
+    return 3.0 * kPixels * target * target * samples;
+}
+
+/// Squared differences between two estimates of each pixel, relative to its squared mean, but as
+/// much as `enough` at least, times the rays that both took: what an image of that noise takes.
+/// Samples of an estimate are stratified: their own spread would count what varies within a pixel,
+/// which they average out and splitting does not. Nothing when it was stopped.
+std::optional<double> noiseTimesRays(const SplittingView& view, double enough,
+                                     const std::vector<PixelSample>& samples, PathWorker& worker,
+                                     const StopCheck& stop) {
+    const PathContext& context = view.context;
     // Whatever the image's: then images of one view are alike, and may be averaged.
     constexpr std::uint64_t kSeed = 0x51B7A2D5;
     const std::vector<Rgb> first = trialMeans(context, samples, kSeed, worker, stop);
@@ -83,7 +93,7 @@ std::optional<double> noiseTimesRays(const PathContext& context,
     double noise = 0.0;
     for (std::size_t i = 0; i < kPixels; ++i) {
         for (int c = 0; c < 3; ++c) {
-            const double scale = 0.5 * static_cast<double>(exposureScale);
+            const double scale = 0.5 * static_cast<double>(view.exposureScale);
             const double mean = scale * static_cast<double>(first[i][c] + second[i][c]);
             const double half = scale * static_cast<double>(first[i][c] - second[i][c]);
             noise += half * half / (mean * mean + kDark);
@@ -91,21 +101,23 @@ std::optional<double> noiseTimesRays(const PathContext& context,
     }
     const PathCounts counts = worker.counts();
     const double rays = static_cast<double>(counts.rays + counts.shadowRays);
-    return noise * (rays + kRaysOfSample * static_cast<double>(2 * samples.size()));
+    return std::max(noise, enough) *
+           (rays + kRaysOfSample * static_cast<double>(2 * samples.size()));
 }
 
 } // namespace
 
-int fittedBranches(const PathContext& context, int width, int height, float exposureScale,
-                   const WorkerMaker& makeWorker, const StopCheck& stop) {
-    const double paths = static_cast<double>(width) * height * context.options.samplesPerPixel;
+int fittedBranches(const SplittingView& view, const WorkerMaker& makeWorker,
+                   const StopCheck& stop) {
+    const double paths = static_cast<double>(view.width) * view.height * view.leastSamples;
     // Nothing is behind the first vertex but what lights send there, or a trial takes as long.
-    if (context.options.maxBounces < 2 || paths < kLeastPaths) {
+    if (view.context.options.maxBounces < 2 || paths < kLeastPaths) {
         return 1;
     }
-    const std::vector<PixelSample> samples = trialSamples(width, height);
+    const std::vector<PixelSample> samples = trialSamples(view.width, view.height);
+    const double enough = noiseAtTarget(view);
     const auto noise = [&](int branches) {
-        return noiseTimesRays(context, samples, exposureScale, *makeWorker(branches), stop);
+        return noiseTimesRays(view, enough, samples, *makeWorker(branches), stop);
     };
     int best = 1;
     std::optional<double> least = noise(1);

@@ -20,11 +20,17 @@ namespace mbfeat {
 /// A worker for batches of paths that become so many; any capacity.
 using WorkerMaker = std::function<std::unique_ptr<PathWorker>(int branches)>;
 
-/// 1, 2 or 4. `context` is the view's, width and height those of its display window, so that a part
-/// of an image is what it is in the whole. One thread; 8,192 paths for each number that is tried,
-/// and 1 without a trial for images of fewer than 24,576 samples. `stop` (may be empty) is polled;
-/// true ends it early.
-int fittedBranches(const PathContext& context, int width, int height, float exposureScale,
-                   const WorkerMaker& makeWorker, const StopCheck& stop);
+struct SplittingView {
+    const PathContext& context;
+    int width = 0, height = 0; ///< of the display window, so that a part is what it is in the whole
+    int leastSamples = 0;      ///< that each pixel gets, however soon the view ends
+    float exposureScale = 1.0F;
+};
+
+/// 1, 2 or 4. One thread; 8,192 paths for each number that is tried, and 1 without a trial for
+/// images that may end after fewer than 24,576 samples. With a target error, noise below it counts
+/// for nothing once every pixel has its least samples. `stop` (may be empty) is polled; true ends
+/// it early.
+int fittedBranches(const SplittingView& view, const WorkerMaker& makeWorker, const StopCheck& stop);
 
 } // namespace mbfeat

@@ -355,6 +355,10 @@ class RenderReport:
     def sampling(self) -> SamplingOutcome: ...
 
     @property
+    def branches(self) -> list[int]:
+        """Paths that one splits into, by view."""
+
+    @property
     def seconds(self) -> list[tuple[str, float]]: ...
 
     @property

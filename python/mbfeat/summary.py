@@ -48,6 +48,9 @@ def _samples(report: _core.RenderReport) -> str:
         text = f"{taken.most} samples per pixel"
     else:
         text = f"{taken.fewest} to {taken.most} samples per pixel, {taken.mean:.1f} on average"
+    split = list(dict.fromkeys(report.branches))
+    if split != [1] and split:
+        text += f" of paths that split into {' or '.join(map(str, split))}"
     if taken.stopped != "samples":
         text += f"; {STOPPED[taken.stopped]}"
     if taken.error is not None and taken.error95 is not None:

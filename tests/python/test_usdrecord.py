@@ -199,6 +199,7 @@ def test_image_has_width_aspect_and_header_and_a_summary(
     header = read_header(tmp_path / "a.exr")
     assert str(header["mbfeat:seed"]) == "5"
     assert "stage.usda" in str(header["mbfeat:stage"])
+    assert str(header["mbfeat:branches"]) == "1"
     for text in (
         "stage.usda",
         "/World/camera",

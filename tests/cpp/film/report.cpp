@@ -89,6 +89,7 @@ TEST_CASE("header attributes carry every setting and where it came from") {
     report.settings = {{"mbfeat:seed", std::int64_t{9}, SettingSource::kHost},
                        {"mbfeat:robust", false, SettingSource::kPrim}};
     report.interrupted = true;
+    report.branches = {2, 1};
     const auto attributes = report.headerAttributes();
     const auto value = [&](const std::string& name) {
         for (const auto& [key, text] : attributes) {
@@ -103,6 +104,7 @@ TEST_CASE("header attributes carry every setting and where it came from") {
     CHECK(value("mbfeat:setting:seed") == "9 (host)");
     CHECK(value("mbfeat:setting:robust") == "false (prim)");
     CHECK(value("mbfeat:effects") == "none");
+    CHECK(value("mbfeat:branches") == "2, 1");
     CHECK(value("mbfeat:interrupted") != "(missing)");
     CHECK(value("mbfeat:stage") == "(missing)");
 }

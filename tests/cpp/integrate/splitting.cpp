@@ -56,9 +56,9 @@ void fillField(TestScene& test) {
 constexpr int kWorthwhile = 200;
 
 /// What the view of a request comes to split into.
-int branchesOf(TestScene& test, const IntegratorRequest& request) {
+int branchesOf(TestScene& test, const IntegratorRequest& request, int side = kSide) {
     Integrator integrator(test.scene);
-    prepareView(integrator, request, testCamera({0, 0.5, 1.5}, 0.7F), kSide, kSide);
+    prepareView(integrator, request, testCamera({0, 0.5, 1.5}, 0.7F), side, side);
     CHECK(integrator.statistics().rays == 0); // trials are not the image's
     return integrator.kernel().branches;
 }
@@ -193,6 +193,40 @@ TEST_CASE("where a trial would be much of the work, or be stopped, paths stay wh
     IntegratorRequest single = fitted(kWorthwhile);
     single.options.maxBounces = 1;
     CHECK(branchesOf(room, single) == 1);
+}
+
+TEST_CASE("a view that may end early splits as its least samples and its target ask for") {
+    constexpr int kLeast = 16, kLarge = 48; // 36,864 samples at least
+    TestScene room;
+    fillRoom(room);
+    IntegratorRequest request = fitted(kWorthwhile);
+    request.leastSamples = kLeast;
+    CHECK(branchesOf(room, request) == 1); // 2,304 samples may be all
+    CHECK(branchesOf(room, request, kLarge) == 4);
+    request.options.targetError = 0.001; // thousands of samples
+    CHECK(branchesOf(room, request, kLarge) == 4);
+    request.options.targetError = 10.0; // reached as soon as it is looked at
+    CHECK(branchesOf(room, request, kLarge) == 1);
+    request.options.targetError = 0.0;
+    request.leastSamples = 1;
+    CHECK(branchesOf(room, request, kLarge) == 1);
+    request.leastSamples = 1000; // more than all
+    CHECK(branchesOf(room, request) == 4);
+}
+
+TEST_CASE("a render with a loose target keeps paths whole, and says what it did") {
+    TestScene room;
+    fillRoom(room);
+    RenderOptions options = fitted(kWorthwhile).options;
+    const RenderView view = viewOf(testCamera({0, 0.5, 1.5}, 0.7F), 48, 48);
+    options.targetError = 10.0;
+    CHECK(renderView(room.scene, view, options).branches == std::vector<int>{1});
+    options.targetError = 0.0;
+    options.timeLimit = 0.001; // after a sample of each pixel
+    CHECK(renderView(room.scene, view, options).branches == std::vector<int>{1});
+    options.timeLimit = 0.0;
+    options.samplesPerPixel = 16;
+    CHECK(renderView(room.scene, view, options).branches == std::vector<int>{4});
 }
 
 TEST_CASE("paths that are recorded or clamped stay whole, which is said where it is not meant") {
