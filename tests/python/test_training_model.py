@@ -273,6 +273,28 @@ def test_gbuffer_equals_paths_without_later_vertices() -> None:
     assert inputs.CHANNELS["paths"][:first] == inputs.CHANNELS["gbuffer"]
 
 
+@pytest.mark.parametrize("weight_norm", [False, True])
+def test_both_feature_sets_may_begin_as_the_same_network(weight_norm: bool) -> None:
+    networks = []
+    for name in ("paths", "gbuffer"):
+        torch.manual_seed(7)
+        begun = {"weight_norm": weight_norm, "first_hit_start": True}
+        networks.append(Sksn(ModelConfig(**VARIANTS[name] | begun)))
+    paths, gbuffer = networks
+    x = plausible("paths")
+    first = len(inputs.CHANNELS["gbuffer"])
+    before = paths(x)
+    assert torch.equal(before, gbuffer(x[:, :, :first]))
+    before.sum().backward()
+    with torch.no_grad():
+        for parameter in paths.parameters():
+            if parameter.grad is not None:
+                parameter -= 1e-3 * parameter.grad
+    changed = x.clone()
+    changed[:, :, first:] *= 0.5
+    assert not torch.equal(paths(changed), paths(x))  # what they are worth is learned
+
+
 def test_first_hit_alone_sees_no_later_vertex_and_no_event() -> None:
     torch.manual_seed(3)
     config = ModelConfig(**VARIANTS["first hit"])
@@ -458,6 +480,8 @@ def test_wrong_configurations_and_inputs_are_named() -> None:
         ModelConfig(kernel=4)
     with pytest.raises(ConfigError, match="layers needs the feature set extended"):
         ModelConfig(layers=True)
+    with pytest.raises(ConfigError, match="first_hit_start needs"):
+        ModelConfig(features="extended", first_hit_start=True)
     model = Sksn(ModelConfig(**SMALL))
     with pytest.raises(ValueError, match="60"):
         model(torch.zeros(1, 2, 15, 8, 8))

@@ -22,7 +22,7 @@ from training.model.encoding import (
     path_class,
     ways,
 )
-from training.model.inputs import CHANNELS, first_hit_channels
+from training.model.inputs import CHANNELS, COMMON, PER_VERTEX, first_hit_channels
 from training.model.pyramid import Pyramid
 from training.model.splat import distances, plain_distances, plain_splat, splat
 
@@ -95,6 +95,8 @@ class Sksn(nn.Module):
         else:
             self.kernels = nn.Conv2d(last, config.kernel**2, 1)
         self._start_narrow()
+        if config.first_hit_start:
+            self._start_with_first_hit()
         self.alike = nn.Conv2d(last, config.affinity, 1, bias=False) if config.affinity else None
         groups = len(config.guide_groups)
         self.scales = nn.Conv2d(last, groups, 1) if config.guides else None
@@ -119,6 +121,13 @@ class Sksn(nn.Module):
                     square = axis[:, None] ** 2 + axis[None, :] ** 2
                     with torch.no_grad():
                         module.bias.copy_((-0.5 * square).clamp(min=-8.0).flatten())
+
+    def _start_with_first_hit(self) -> None:
+        first = self.embeddings[0][0]
+        weight = first.weight.detach().clone()
+        weight[:, len(COMMON) + PER_VERTEX :] = 0.0
+        with torch.no_grad():
+            first.weight = weight if parametrize.is_parametrized(first) else nn.Parameter(weight)
 
     def forward(self, x: Tensor, splatter: Splatter = splat) -> Tensor:
         return self.splatted(self.hidden(x), splatter)
