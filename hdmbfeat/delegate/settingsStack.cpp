@@ -24,7 +24,7 @@ SettingsStack::SettingsStack(Diagnostics& diagnostics)
       primMessages_(diagnostics),
       overrideMessages_(diagnostics) {
     for (const Error& error : settings_.readEnvironment()) {
-        diagnostics_.error(error.subject, error.text);
+        diagnostics_.warn(error.subject, error.text);
     }
     refreshOverrides();
 }
@@ -32,8 +32,8 @@ SettingsStack::SettingsStack(Diagnostics& diagnostics)
 void SettingsStack::set(SettingSource source, const std::string& subject, const std::string& name,
                         const SettingValue& value, Diagnostics& messages) {
     if (const Status status = settings_.set(source, name, value)) {
-        messages.error(subject.empty() ? status->subject : subject,
-                       subject.empty() ? status->text : status->subject + ": " + status->text);
+        messages.warn(subject.empty() ? status->subject : subject,
+                      subject.empty() ? status->text : status->subject + ": " + status->text);
     }
 }
 
@@ -59,9 +59,9 @@ void SettingsStack::setFromHost(const TfToken& key, const VtValue& value) {
         set(SettingSource::kHost, "", key.GetString(), *setting, messages);
         ++version_;
     } else {
-        messages.error(key.GetString(), "a value of type " + value.GetTypeName() +
-                                            " fits no setting (host); it is ignored. Give a "
-                                            "number, a bool or a text.");
+        messages.warn(key.GetString(), "a value of type " + value.GetTypeName() +
+                                           " fits no setting (host); it is ignored. Give a "
+                                           "number, a bool or a text.");
     }
 }
 
@@ -85,9 +85,9 @@ void SettingsStack::setFromPrim(const std::string& primPath, const VtDictionary&
         if (setting) {
             set(SettingSource::kPrim, primPath, name, *setting, primMessages_);
         } else {
-            primMessages_.error(primPath, name + " has type " + value.GetTypeName() +
-                                              ", which fits no setting; it is ignored. Author a "
-                                              "number, a bool or a token.");
+            primMessages_.warn(primPath, name + " has type " + value.GetTypeName() +
+                                             ", which fits no setting; it is ignored. Author a "
+                                             "number, a bool or a token.");
         }
     }
     ++version_;

@@ -340,10 +340,12 @@ void Scene::resolveLights(const Images& images) {
         if (entry.source != source) {
             auto light = std::make_shared<Light>(*source);
             light->image = readsTexture(*source) ? images.at(source->texture) : nullptr;
-            takeEffectsFrom(*light, taken_);
-            entry = {source, std::move(light)};
+            const bool isLeft = takeEffectsFrom(*light, taken_);
+            entry = {source, isLeft ? std::move(light) : nullptr};
         }
-        lights_.push_back(entry.resolved);
+        if (entry.resolved) {
+            lights_.push_back(entry.resolved);
+        }
         resolved.emplace(path, std::move(entry));
     }
     resolvedLights_ = std::move(resolved);

@@ -112,7 +112,7 @@ void takeEffectsFrom(Material& material, EffectSet taken) {
     }
 }
 
-void takeEffectsFrom(Light& light, EffectSet taken) {
+bool takeEffectsFrom(Light& light, EffectSet taken) {
     if (taken.has(Effect::kLightTextures)) {
         light.hasTexture = false;
         light.image = nullptr;
@@ -126,10 +126,8 @@ void takeEffectsFrom(Light& light, EffectSet taken) {
     if (taken.has(Effect::kShadowlessLights)) {
         light.castsShadows = true;
     }
-    if ((taken.has(Effect::kAreaLights) && isAreaLight(light)) ||
-        (taken.has(Effect::kEnvironment) && isEnvironment(light))) {
-        light.radiance = Rgb(0.0F);
-    }
+    return !(taken.has(Effect::kAreaLights) && isAreaLight(light)) &&
+           !(taken.has(Effect::kEnvironment) && isEnvironment(light));
 }
 
 } // namespace mbfeat

@@ -10,7 +10,7 @@ namespace mbfeat {
 
 /// Of a material whose images are loaded.
 void takeEffectsFrom(Material& material, EffectSet taken);
-/// A light that is taken away altogether is left without radiance.
-void takeEffectsFrom(Light& light, EffectSet taken);
+/// False where the light is taken away altogether.
+[[nodiscard]] bool takeEffectsFrom(Light& light, EffectSet taken);
 
 } // namespace mbfeat

@@ -307,6 +307,17 @@ def test_unknown_aov_is_named_and_the_rest_is_written(
     assert read_color(tmp_path / "wrong.exr").shape == (12, 24, 4)
 
 
+def test_a_wrong_value_on_the_settings_prim_is_a_warning(
+    stage: Path, tmp_path: Path, run: Run
+) -> None:
+    text = stage.read_text().replace("samplesPerPixel = 3", "samplesPerPixel = -3")
+    stage.write_text(text)
+    result = run("-rs", "/Render/large", stage, "image.exr")
+    assert "mbfeat:samplesPerPixel" in result.stderr and "/Render/large" in result.stderr
+    told = result.stderr.count("samplesPerPixel")
+    assert f"warnings: {told}" in result.stdout
+
+
 @pytest.mark.parametrize("output", ["none/image.exr", "image.webp", "folder.exr"])
 def test_output_that_cannot_be_written_is_told_at_once(
     output: str, stage: Path, tmp_path: Path, run: Run

@@ -11,6 +11,7 @@ import hashlib
 import json
 import math
 import os
+import signal
 import sys
 import tempfile
 from pathlib import Path
@@ -193,6 +194,8 @@ def main() -> int:
     parser.add_argument("--camera")
     parser.add_argument("--width", type=int, default=320)
     options = parser.parse_args()
+    # Ended, it takes its folder along.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     try:
         use_runtime()
         with tempfile.TemporaryDirectory(prefix="mbfeat-effects-") as folder:

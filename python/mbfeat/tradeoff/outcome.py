@@ -21,7 +21,7 @@ from mbfeat.tradeoff.measure import Measured
 from mbfeat.tradeoff.reference import Reference
 from mbfeat.tradeoff.renders import Subject
 from mbfeat.tradeoff.request import FIXED, Scale
-from mbfeat.tradeoff.variants import OWN, RAW, Variant
+from mbfeat.tradeoff.variants import OWN, RAW, WHOLE, Variant, whole
 from mbfeat.tradeoff.wording import duration, number
 
 LIMITS_PICTURE = "limits.png"
@@ -181,7 +181,10 @@ def show(out: Path, made: Mapping[str, Any]) -> None:
             f"{row['total_seconds']['median']:>9.2f}{numbers}{100 * row['bias']['median']:>8.2f}%"
             f"{' *' if row['on_front'] else ''}"
         )
-    print("* on the Pareto front\n")
+    print("* on the Pareto front")
+    if any(row["variant"] == WHOLE for row in made["rungs"]):
+        print(f"{WHOLE}: {whole().title}, what variants that record features are measured by")
+    print()
     if made["limits"]:
         _show_limits(made["limits"])
     for answer in made["answers"]:
