@@ -124,10 +124,11 @@ std::vector<SettingDescriptor> makeSettingTable() {
             "Paths that a path becomes at the first surface that scatters diffusely or is "
             "rough: less noise from indirect light for one shared way there; 0 is 1, 2 or "
             "4, by the noise and the rays of each in a small trial, and 1 in viewers and where "
-            "24,576 samples in all are not sure to be taken. With a target error, noise below it "
-            "is no reason to split; with a time limit alone one sample a pixel is sure. It is 1 "
-            "where path features or contributions are recorded, or light is clamped. What was "
-            "chosen is told in the summary, and as `mbfeat:branches` in EXR headers."),
+            "24,576 samples in all are not sure to be taken: with a target error 16 a pixel are, "
+            "with a time limit one. Where the image as a whole is under its target after those "
+            "16, paths stay whole. It is 1 where path features or contributions are recorded, or "
+            "light is clamped. EXR headers have it as `mbfeat:branches`, the summary where it "
+            "is not 1."),
         makeReal("mbfeat:clampDirect", "Clamp direct", defaults.clampDirect, 0.0, 1e30,
                  "Largest value that light seen directly or at the first hit adds to a sample, in "
                  "radiance; 0 is no clamp. A clamp loses energy."),

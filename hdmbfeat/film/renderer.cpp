@@ -267,14 +267,6 @@ struct Renderer::Impl final : PassObserver {
         phase("tiles", std::max(secondsSince(start) - times.inference - times.splat, 0.0));
     }
 
-    /// Before a view may end; 0 where it gets all of its samples.
-    static int leastSamples(const RenderOptions& options) {
-        if (kHasTargets && options.targetError > 0.0) {
-            return Refinement::kLeastSamples;
-        }
-        return kHasTargets && options.timeLimit > 0.0 ? 1 : 0;
-    }
-
     void renderView(std::size_t index) {
         const RenderView& view = job.views[index];
         IntegratorRequest request;
@@ -286,7 +278,12 @@ struct Renderer::Impl final : PassObserver {
         request.recordFlags = view.film->recordFlags();
         request.primvars = view.film->primvars();
         request.frame = job.frame;
-        request.leastSamples = leastSamples(job.options);
+        if (kHasTargets && job.options.targetError > 0.0) {
+            request.targetSamples = request.leastSamples = Refinement::kLeastSamples;
+        }
+        if (kHasTargets && job.options.timeLimit > 0.0) {
+            request.leastSamples = 1; // the time may be up after the first pass
+        }
         request.messages = job.messages.get();
         request.stop = [this] { return shouldStop(); };
         if (const Status problem = integrator.setView(view.camera, view.film->window(), request)) {
@@ -295,6 +292,7 @@ struct Renderer::Impl final : PassObserver {
             job.messages->error(subject, problem->text);
             const std::lock_guard lock(reportMutex);
             report.errors.push_back(subject + ": " + problem->text);
+            report.branches.push_back(0);
             return;
         }
         refinement.reset();

@@ -142,6 +142,11 @@ std::string RenderReport::json() const {
     writeScene(json, census);
     writeTrace(json, trace);
     writeKernel(json, kernel);
+    json.key("branches").beginArray();
+    for (const int count : branches) {
+        json.value(count);
+    }
+    json.endArray();
     writeBuilds(json, builds);
     writeMemory(json, *this);
     json.key("seconds").beginArray();

@@ -20,7 +20,7 @@ struct RenderReport {
     EffectCensus census;
     TraceStatistics trace;
     KernelChoice kernel;       ///< of the last view
-    std::vector<int> branches; ///< KernelChoice::branches of each view
+    std::vector<int> branches; ///< KernelChoice::branches by view, 0 of what is not seen
     BuildStatistics builds;    ///< by this render's commit
     MemoryStatistics memory;   ///< of the scene, and of each of the workers
     std::size_t workers = 0;   ///< threads that traced

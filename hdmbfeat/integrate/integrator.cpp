@@ -137,7 +137,7 @@ struct Integrator::Impl {
             const int least =
                 request.leastSamples > 0 ? std::min(request.leastSamples, most) : most;
             branches = fittedBranches(
-                {context(), width, height, least, camera.exposureScale()},
+                {context(), width, height, least, request.targetSamples, camera.exposureScale()},
                 [this](int count) { return makeWorker(count); }, request.stop);
         }
     }

@@ -25,7 +25,8 @@ struct IntegratorRequest {
     std::uint32_t recordFlags = kRecordColor;
     std::vector<std::string> primvars; ///< names behind primvars:*, at most kMaxPrimvarAovs
     std::int64_t frame = 0;
-    int leastSamples = 0; ///< that each pixel gets, however soon the view ends; 0: all of them
+    int leastSamples = 0;  ///< that each pixel gets, however soon the view ends; 0: all of them
+    int targetSamples = 0; ///< that each has when a target error is first looked at
     Diagnostics* messages = nullptr; ///< for bad settings and samples; null: the scene's
     StopCheck stop;                  ///< may be empty; ends what setView() tries out
 };

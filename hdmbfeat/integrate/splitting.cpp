@@ -66,22 +66,28 @@ std::vector<Rgb> trialMeans(const PathContext& context, const std::vector<PixelS
     return means;
 }
 
-/// The noise of a trial that leaves a view at its target error after its least samples: noise is
-/// added up over kPixels and three colours, of two times kSamples. The error of a view is of the
-/// same terms (film/errorEstimate.h).
+struct Trial {
+    double noise = 0.0, rays = 0.0;
+
+    /// What an image of that noise takes, or one whose noise may be `enough`.
+    double cost(double enough) const { return std::max(noise, enough) * rays; }
+};
+
+/// The noise of a trial of which a view is about at its target error, as a whole, when that is
+/// first looked at: noise is added up over kPixels and three colours, of two times kSamples. The
+/// error that ends a view (film/errorEstimate.h) has a sturdier denominator, and its noisiest parts
+/// have to be below the target too: they may go on for long with paths that this leaves whole.
 double noiseAtTarget(const SplittingView& view) {
     const double target = view.context.options.targetError;
-    const double samples = static_cast<double>(view.leastSamples) / (2 * kSamples);
+    const double samples = static_cast<double>(view.targetSamples) / (2 * kSamples);
     return 3.0 * kPixels * target * target * samples;
 }
 
-/// Squared differences between two estimates of each pixel, relative to its squared mean, but as
-/// much as `enough` at least, times the rays that both took: what an image of that noise takes.
+/// Noise: squared differences between two estimates of each pixel, relative to its squared mean.
 /// Samples of an estimate are stratified: their own spread would count what varies within a pixel,
 /// which they average out and splitting does not. Nothing when it was stopped.
-std::optional<double> noiseTimesRays(const SplittingView& view, double enough,
-                                     const std::vector<PixelSample>& samples, PathWorker& worker,
-                                     const StopCheck& stop) {
+std::optional<Trial> tried(const SplittingView& view, const std::vector<PixelSample>& samples,
+                           PathWorker& worker, const StopCheck& stop) {
     const PathContext& context = view.context;
     // Whatever the image's: then images of one view are alike, and may be averaged.
     constexpr std::uint64_t kSeed = 0x51B7A2D5;
@@ -101,8 +107,7 @@ std::optional<double> noiseTimesRays(const SplittingView& view, double enough,
     }
     const PathCounts counts = worker.counts();
     const double rays = static_cast<double>(counts.rays + counts.shadowRays);
-    return std::max(noise, enough) *
-           (rays + kRaysOfSample * static_cast<double>(2 * samples.size()));
+    return Trial{noise, rays + kRaysOfSample * static_cast<double>(2 * samples.size())};
 }
 
 } // namespace
@@ -115,19 +120,23 @@ int fittedBranches(const SplittingView& view, const WorkerMaker& makeWorker,
         return 1;
     }
     const std::vector<PixelSample> samples = trialSamples(view.width, view.height);
-    const double enough = noiseAtTarget(view);
-    const auto noise = [&](int branches) {
-        return noiseTimesRays(view, enough, samples, *makeWorker(branches), stop);
+    const auto trial = [&](int branches) {
+        return tried(view, samples, *makeWorker(branches), stop);
     };
+    const double enough = noiseAtTarget(view);
+    const std::optional<Trial> whole = trial(1);
+    if (!whole || whole->noise <= enough) {
+        return 1;
+    }
     int best = 1;
-    std::optional<double> least = noise(1);
-    for (int branches = 2; least && branches <= kMostBranches; branches *= 2) {
-        const std::optional<double> split = noise(branches);
-        if (!split || *split >= (branches == 2 ? kBiasOfTwo : 1.0) * *least) {
+    double least = whole->cost(enough);
+    for (int branches = 2; branches <= kMostBranches; branches *= 2) {
+        const std::optional<Trial> split = trial(branches);
+        if (!split || split->cost(enough) >= (branches == 2 ? kBiasOfTwo : 1.0) * least) {
             break;
         }
         best = branches;
-        least = split;
+        least = split->cost(enough);
     }
     return best;
 }

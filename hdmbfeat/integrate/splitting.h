@@ -24,13 +24,14 @@ struct SplittingView {
     const PathContext& context;
     int width = 0, height = 0; ///< of the display window, so that a part is what it is in the whole
     int leastSamples = 0;      ///< that each pixel gets, however soon the view ends
+    int targetSamples = 0;     ///< that each has when a target error is first looked at
     float exposureScale = 1.0F;
 };
 
 /// 1, 2 or 4. One thread; 8,192 paths for each number that is tried, and 1 without a trial for
-/// images that may end after fewer than 24,576 samples. With a target error, noise below it counts
-/// for nothing once every pixel has its least samples. `stop` (may be empty) is polled; true ends
-/// it early.
+/// images that may end after fewer than 24,576 samples. With a target error, less noise than the
+/// image as a whole may have after `targetSamples` counts for nothing. `stop` (may be empty) is
+/// polled; true ends it early.
 int fittedBranches(const SplittingView& view, const WorkerMaker& makeWorker, const StopCheck& stop);
 
 } // namespace mbfeat

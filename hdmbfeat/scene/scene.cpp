@@ -206,7 +206,9 @@ void Scene::takeEffects(EffectSet taken) {
     }
     taken_ = taken;
     resolvedMaterials_.clear();
-    resolvedLights_.clear();
+    for (auto& [path, light] : resolvedLights_) {
+        light.source = nullptr; // to be made anew, but its image is held until then
+    }
     ++version_;
 }
 
@@ -340,10 +342,10 @@ void Scene::resolveLights(const Images& images) {
         if (entry.source != source) {
             auto light = std::make_shared<Light>(*source);
             light->image = readsTexture(*source) ? images.at(source->texture) : nullptr;
-            const bool isLeft = takeEffectsFrom(*light, taken_);
-            entry = {source, isLeft ? std::move(light) : nullptr};
+            takeEffectsFrom(*light, taken_);
+            entry = {source, std::move(light)};
         }
-        if (entry.resolved) {
+        if (!isTakenAway(*source, taken_)) {
             lights_.push_back(entry.resolved);
         }
         resolved.emplace(path, std::move(entry));
@@ -362,7 +364,8 @@ void Scene::releaseUnusedImages() {
             }
         }
     }
-    for (const std::shared_ptr<const Light>& light : lights_) {
+    // Those taken away, too: they come back when the effect does.
+    for (const auto& [path, light] : lightByPath_) {
         if (readsTexture(*light)) {
             used.insert(light->texture);
         }

@@ -112,7 +112,7 @@ void takeEffectsFrom(Material& material, EffectSet taken) {
     }
 }
 
-bool takeEffectsFrom(Light& light, EffectSet taken) {
+void takeEffectsFrom(Light& light, EffectSet taken) {
     if (taken.has(Effect::kLightTextures)) {
         light.hasTexture = false;
         light.image = nullptr;
@@ -126,8 +126,11 @@ bool takeEffectsFrom(Light& light, EffectSet taken) {
     if (taken.has(Effect::kShadowlessLights)) {
         light.castsShadows = true;
     }
-    return !(taken.has(Effect::kAreaLights) && isAreaLight(light)) &&
-           !(taken.has(Effect::kEnvironment) && isEnvironment(light));
+}
+
+bool isTakenAway(const Light& light, EffectSet taken) {
+    return (taken.has(Effect::kAreaLights) && isAreaLight(light)) ||
+           (taken.has(Effect::kEnvironment) && isEnvironment(light));
 }
 
 } // namespace mbfeat

@@ -10,7 +10,8 @@ namespace mbfeat {
 
 /// Of a material whose images are loaded.
 void takeEffectsFrom(Material& material, EffectSet taken);
-/// False where the light is taken away altogether.
-[[nodiscard]] bool takeEffectsFrom(Light& light, EffectSet taken);
+void takeEffectsFrom(Light& light, EffectSet taken);
+/// Whether the light goes altogether.
+bool isTakenAway(const Light& light, EffectSet taken);
 
 } // namespace mbfeat

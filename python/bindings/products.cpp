@@ -78,7 +78,8 @@ void bindReport(nb::module_& module) {
         .def_ro("frame", &RenderReport::frame)
         .def_ro("samples_per_pixel", &RenderReport::samplesPerPixel)
         .def_ro("sampling", &RenderReport::sampling)
-        .def_ro("branches", &RenderReport::branches, "Paths that one splits into, by view.")
+        .def_ro("branches", &RenderReport::branches,
+                "Paths that one splits into, by view; 0 of what is not seen.")
         .def_ro("seconds", &RenderReport::seconds)
         .def_ro("written", &RenderReport::written)
         .def_ro("errors", &RenderReport::errors)

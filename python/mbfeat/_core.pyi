@@ -356,7 +356,7 @@ class RenderReport:
 
     @property
     def branches(self) -> list[int]:
-        """Paths that one splits into, by view."""
+        """Paths that one splits into, by view; 0 of what is not seen."""
 
     @property
     def seconds(self) -> list[tuple[str, float]]: ...

@@ -48,8 +48,8 @@ def _samples(report: _core.RenderReport) -> str:
         text = f"{taken.most} samples per pixel"
     else:
         text = f"{taken.fewest} to {taken.most} samples per pixel, {taken.mean:.1f} on average"
-    split = list(dict.fromkeys(report.branches))
-    if split != [1] and split:
+    split = sorted({count for count in report.branches if count})
+    if split and split != [1]:
         text += f" of paths that split into {' or '.join(map(str, split))}"
     if taken.stopped != "samples":
         text += f"; {STOPPED[taken.stopped]}"

@@ -312,10 +312,17 @@ def test_a_wrong_value_on_the_settings_prim_is_a_warning(
 ) -> None:
     text = stage.read_text().replace("samplesPerPixel = 3", "samplesPerPixel = -3")
     stage.write_text(text)
-    result = run("-rs", "/Render/large", stage, "image.exr")
-    assert "mbfeat:samplesPerPixel" in result.stderr and "/Render/large" in result.stderr
-    told = result.stderr.count("samplesPerPixel")
-    assert f"warnings: {told}" in result.stdout
+    result = run("-rs", "/Render/settings", stage, "image.exr")
+    assert result.returncode == 0
+    (told,) = result.stderr.splitlines()
+    assert "/Render/settings: mbfeat:samplesPerPixel" in told
+    assert "  warnings: 1" in result.stdout.splitlines()
+
+
+def test_paths_that_split_are_told(stage: Path, tmp_path: Path, run: Run) -> None:
+    result = run("-w", "20", "--set", "mbfeat:splitting=2", stage, "a.exr")
+    assert "2 samples per pixel of paths that split into 2" in result.stdout
+    assert str(read_header(tmp_path / "a.exr")["mbfeat:branches"]) == "2"
 
 
 @pytest.mark.parametrize("output", ["none/image.exr", "image.webp", "folder.exr"])

@@ -93,8 +93,12 @@ class Rendering:
         try:
             self._process.wait(timeout=20)
         except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
+            self._process.terminate()
+            try:
+                self._process.wait(timeout=5)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
 
     def render(self, variant: Variant, **settings: str) -> dict[str, Any]:
         """Renders; the report. Keywords are mbfeat:* settings."""

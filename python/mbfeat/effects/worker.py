@@ -194,7 +194,7 @@ def main() -> int:
     parser.add_argument("--camera")
     parser.add_argument("--width", type=int, default=320)
     options = parser.parse_args()
-    # Ended, it takes its folder along.
+    # Ended between renders, it takes its folder along.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
     try:
         use_runtime()
@@ -211,6 +211,9 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    code = main()
+    try:
+        code = main()
+    except SystemExit as ended:
+        code = ended.code if isinstance(ended.code, int) else 2
     sys.stdout.flush()
     os._exit(code)  # OpenUSD frees the stage on threads that outlive the interpreter

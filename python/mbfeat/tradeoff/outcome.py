@@ -183,7 +183,7 @@ def show(out: Path, made: Mapping[str, Any]) -> None:
         )
     print("* on the Pareto front")
     if any(row["variant"] == WHOLE for row in made["rungs"]):
-        print(f"{WHOLE}: {whole().title}, what variants that record features are measured by")
+        print(f"{WHOLE}: {whole().title}; what recording and limits cost is told from it")
     print()
     if made["limits"]:
         _show_limits(made["limits"])

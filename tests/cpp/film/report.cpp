@@ -73,7 +73,7 @@ TEST_CASE("a report as JSON") {
         R"("scene":{"triangles":12,"instances":0,"lights":0,"textureBytes":0},)"
         R"("trace":{"paths":100,"rays":0,"shadowRays":0,"nonFinite":0},)"
         R"("kernel":{"instructions":"avx2","prebuilt":"opaque","branches":1,)"
-        R"("handled":["reflection"]},)"
+        R"("handled":["reflection"]},"branches":[],)"
         R"("builds":{"meshes":0,"placements":0,"topBvh":0,"lightBvh":0,"materialBindings":1,"lightTables":0,)"
         R"("imagesLoaded":0},)"
         R"("memory":{"workers":3,"pathStateBytesEach":0,"recordBytesEach":0,"filmBytes":0,)"

@@ -200,18 +200,24 @@ TEST_CASE("a view that may end early splits as its least samples and its target 
     TestScene room;
     fillRoom(room);
     IntegratorRequest request = fitted(kWorthwhile);
-    request.leastSamples = kLeast;
+    request.leastSamples = request.targetSamples = kLeast;
     CHECK(branchesOf(room, request) == 1); // 2,304 samples may be all
     CHECK(branchesOf(room, request, kLarge) == 4);
     request.options.targetError = 0.001; // thousands of samples
     CHECK(branchesOf(room, request, kLarge) == 4);
     request.options.targetError = 10.0; // reached as soon as it is looked at
     CHECK(branchesOf(room, request, kLarge) == 1);
+    request.leastSamples = 1; // whatever the target, the time may be up
+    CHECK(branchesOf(room, request, kLarge) == 1);
     request.options.targetError = 0.0;
-    request.leastSamples = 1;
     CHECK(branchesOf(room, request, kLarge) == 1);
     request.leastSamples = 1000; // more than all
     CHECK(branchesOf(room, request) == 4);
+
+    TestScene empty; // where two paths for one take no more rays
+    empty.addLamp(1.0);
+    request.options.targetError = 0.1;
+    CHECK(branchesOf(empty, request) == 1);
 }
 
 TEST_CASE("a render with a loose target keeps paths whole, and says what it did") {
@@ -223,6 +229,8 @@ TEST_CASE("a render with a loose target keeps paths whole, and says what it did"
     CHECK(renderView(room.scene, view, options).branches == std::vector<int>{1});
     options.targetError = 0.0;
     options.timeLimit = 0.001; // after a sample of each pixel
+    CHECK(renderView(room.scene, view, options).branches == std::vector<int>{1});
+    options.targetError = 0.001;
     CHECK(renderView(room.scene, view, options).branches == std::vector<int>{1});
     options.timeLimit = 0.0;
     options.samplesPerPixel = 16;

@@ -291,6 +291,34 @@ TEST_CASE_FIXTURE(Fixture, "light textures are loaded for the lights that show t
     CHECK(scene.lights()[0]->image == nullptr);
 }
 
+TEST_CASE_FIXTURE(Fixture, "lights that an effect takes along are gone, and come back with it") {
+    Light sky;
+    sky.path = "/sky";
+    sky.type = LightType::kDome;
+    sky.hasTexture = true;
+    sky.texture.path = image("sky.png");
+    Light panel;
+    panel.path = "/panel";
+    panel.type = LightType::kRect;
+    scene.setLight(sky);
+    scene.setLight(panel);
+    scene.commit();
+    REQUIRE(scene.lights().size() == 2);
+    scene.takeEffects(EffectSet(Effect::kEnvironment));
+    CHECK(scene.commit().lights);
+    REQUIRE(scene.lights().size() == 1);
+    CHECK(scene.lights()[0]->path == "/panel");
+    scene.takeEffects(EffectSet(Effect::kEnvironment) | EffectSet(Effect::kAreaLights));
+    CHECK(scene.commit().lights);
+    CHECK(scene.lights().empty());
+    scene.takeEffects(EffectSet());
+    CHECK(scene.commit().lights);
+    REQUIRE(scene.lights().size() == 2);
+    CHECK(scene.lights()[1]->image != nullptr);
+    CHECK(scene.textures().loaded() == 1); // kept meanwhile
+    CHECK(diagnostics.messages().empty());
+}
+
 TEST_CASE_FIXTURE(Fixture, "another rendering space loads colour textures anew") {
     scene.setMaterial(texturedMaterial("/m", image("a.png")));
     scene.setGeometry(geometry("/a", "/m"));
