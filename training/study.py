@@ -1,7 +1,7 @@
 """Trains the variants of a network that a study names, all alike, and compares them.
 
     python -m training.study switches RUNS --data DATA [--workers 2] [--json FILE]
-    python -m training.study --page FILE...             # writes the documentation's page
+    python -m training.study --page FILE...             # writes these sections of the page
 
 A study is a TOML file, or one of training/studies by name. Every variant is trained with every seed
 by as many steps, on one thread each; what is trained already is kept, and what was interrupted goes
@@ -49,7 +49,6 @@ from training.evaluation.statistics import Row  # noqa: E402
 from training.model.config import ConfigError  # noqa: E402
 from training.trainer import MODEL, described  # noqa: E402
 
-STUDIES = Path(__file__).resolve().parent / "studies"
 SAMPLES = 8
 KEPT = "metrics.json"  # of a run, beside its model
 
@@ -75,7 +74,7 @@ class Study:
     @staticmethod
     def read(name: str) -> Study:
         """Raises StudyError."""
-        file = Path(name) if name.endswith(".toml") else STUDIES / f"{name}.toml"
+        file = Path(name) if name.endswith(".toml") else studypage.STUDIES / f"{name}.toml"
         try:
             values = tomllib.loads(file.read_text(encoding="utf-8"))
             variants = dict(values["variants"])
@@ -92,7 +91,7 @@ class Study:
                 compared=tuple((str(a), str(b)) for a, b in pairs),
             )
         except OSError as error:
-            known = ", ".join(sorted(path.stem for path in STUDIES.glob("*.toml")))
+            known = ", ".join(studypage.study_names())
             raise StudyError(f"{file}: {error.strerror}; there are {known}") from error
         except (tomllib.TOMLDecodeError, KeyError, TypeError, ValueError) as error:
             raise StudyError(f"{file} is no study: {error!r}") from error

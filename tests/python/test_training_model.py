@@ -295,6 +295,20 @@ def test_both_feature_sets_may_begin_as_the_same_network(weight_norm: bool) -> N
     assert not torch.equal(paths(changed), paths(x))  # what they are worth is learned
 
 
+@pytest.mark.parametrize("encoder", [0, 6])
+def test_a_network_that_begins_with_the_first_hit_knows_no_later_vertex(encoder: int) -> None:
+    begun = {"features": "extended", "vertex_encoder": encoder, "first_hit_start": True}
+    model = Sksn(ModelConfig(**SMALL | begun))
+    x = plausible("extended")
+    names = inputs.CHANNELS["extended"]
+    later = [i for i, name in enumerate(names) if ":direct:" in name and ":0." not in name]
+    changed = x.clone()
+    changed[:, :, later] *= 3.0
+    assert torch.equal(model(changed), model(x))
+    other = Sksn(ModelConfig(**SMALL | begun | {"first_hit_start": False}))
+    assert not torch.equal(other(changed), other(x))
+
+
 def test_first_hit_alone_sees_no_later_vertex_and_no_event() -> None:
     torch.manual_seed(3)
     config = ModelConfig(**VARIANTS["first hit"])
@@ -480,8 +494,6 @@ def test_wrong_configurations_and_inputs_are_named() -> None:
         ModelConfig(kernel=4)
     with pytest.raises(ConfigError, match="layers needs the feature set extended"):
         ModelConfig(layers=True)
-    with pytest.raises(ConfigError, match="first_hit_start needs"):
-        ModelConfig(features="extended", first_hit_start=True)
     model = Sksn(ModelConfig(**SMALL))
     with pytest.raises(ValueError, match="60"):
         model(torch.zeros(1, 2, 15, 8, 8))

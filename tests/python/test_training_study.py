@@ -141,11 +141,17 @@ def test_variants_are_trained_once_and_compared(
     assert study.main(["--page", str(out)]) == 0
     page = (tmp_path / "studies.md").read_text()
     assert "## Tiny" in page and f"{ratio['MSE']['value']:.3f} (" in page
+    other = tmp_path / "other.json"
+    other.write_text(json.dumps(json.loads(out.read_text()) | {"title": "Other"}))
+    assert study.main(["--page", str(other)]) == 0
+    assert study.main(["--page", str(out)]) == 0  # in its place, and the other one stays
+    both = (tmp_path / "studies.md").read_text()
+    assert both.startswith(page.rstrip()) and both.count("## ") == 2 and "## Other" in both
 
 
 def test_studies_that_come_along_are_whole() -> None:
     """Every variant is a network that can be built, and differs from the baseline."""
-    for file in sorted(study.STUDIES.glob("*.toml")):
+    for file in sorted(studypage.STUDIES.glob("*.toml")):
         found = study.Study.read(file.stem)
         configs = []
         for options in found.variants.values():
@@ -160,7 +166,7 @@ def test_wrong_studies_and_failed_runs_are_named(
 ) -> None:
     rest = [str(tmp_path / "runs"), "--data", str(tmp_path / "none")]
     assert study.main(["nothing", *rest]) == 1
-    assert "there are features, switches" in capsys.readouterr().err
+    assert "there are features, start, switches" in capsys.readouterr().err
     assert study.main([str(write_study(tmp_path, wrong="s")), *rest]) == 1
     assert "compares gbuffers, which it does not name" in capsys.readouterr().err
     assert study.main([str(write_study(tmp_path)), *rest]) == 1

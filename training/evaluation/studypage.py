@@ -11,7 +11,9 @@ from typing import Any
 from mbfeat.files import write_whole
 
 DOCS = Path(__file__).resolve().parents[2] / "python" / "mbfeat" / "docs"
+STUDIES = Path(__file__).resolve().parents[1] / "studies"
 WIDTH = 100
+SECTION = "## "
 # Of the paper's table, in its order, and what the eye sees.
 METRICS = ("relMSE", "tonemappedRelMSE", "MSE", "relL1", "L1", "DSSIM", "FLIP")
 HEAD = """\
@@ -20,26 +22,44 @@ HEAD = """\
 Networks that differ in one thing, trained by the same steps on the same patches of the same data
 for as short a time as can be had for all of them, and compared on the windows of
 [comparison.md](comparison.md), which are of classes of scenes that none was trained on, at 8
-samples a pixel. [training.md](training.md) says what the switches do. The page is made by
+samples a pixel. [training.md](training.md) says what the switches do. A section is written anew by
 
     ./run training python -m training.study {studies} runs --data data --json study.json
     ./run training python -m training.study --page study.json ...
 """
 
 
+def study_names() -> list[str]:
+    """Those that come along."""
+    return sorted(file.stem for file in STUDIES.glob("*.toml"))
+
+
 def write(files: Sequence[Path]) -> Path:
-    """Writes the page; raises ValueError for a file that is no result of a study."""
+    """Writes the page, of which sections of other studies stay as they are.
+
+    Raises ValueError for a file that is no result of a study.
+    """
     results = []
     for file in files:
         try:
             results.append(json.loads(file.read_text(encoding="utf-8")))
         except (OSError, ValueError) as error:
             raise ValueError(f"--page {file}: it is no result of a study: {error}") from error
-    names = "|".join(result["study"] for result in results)
-    parts = [HEAD.format(studies=names), *(section(result) for result in results)]
     target = DOCS / "studies.md"
-    write_whole(target, "\n".join(parts))
+    sections = _sections(target.read_text(encoding="utf-8")) if target.exists() else {}
+    for result, file in zip(results, files, strict=True):
+        if [r["title"] for r in results].count(result["title"]) > 1:
+            raise ValueError(f"--page {file}: another file is of {result['title']!r} too; name one")
+        sections[result["title"]] = section(result)
+    head = HEAD.format(studies="|".join(study_names()))
+    write_whole(target, "\n".join([head, *sections.values()]))
     return target
+
+
+def _sections(page: str) -> dict[str, str]:
+    """Those of a page, by title."""
+    parts = page.split(f"\n{SECTION}")[1:]
+    return {part.partition("\n")[0]: f"{SECTION}{part.rstrip()}\n" for part in parts}
 
 
 def section(result: Mapping[str, Any]) -> str:
@@ -47,7 +67,7 @@ def section(result: Mapping[str, Any]) -> str:
     seeds, variants = result["seeds"], result["variants"]
     data = "; ".join(result["data"])
     lines = [
-        f"## {result['title']}",
+        f"{SECTION}{result['title']}",
         "",
         *textwrap.wrap(
             f"{result['date']}; {result['processor']}. {result['steps']} steps of the "

@@ -51,9 +51,10 @@ class ModelConfig:
     `first_hit` hides all but the radiance, the place in the pixel and what is recorded of the first
     hit (depth, albedo, normal, direct light, roughness; no events): the network is the same, and
     what it lacks is what the later vertices are worth.
-    `first_hit_start` begins training with weights of zero for all that is recorded behind the first
-    hit, with the feature sets ``gbuffer`` and ``paths``: both begin as the same network, and
-    vertices whose features are mostly noise do not have to be unlearned first.
+    `first_hit_start` begins training with weights of zero for what the first layer is given of
+    vertices behind the first hit, but for `first_non_delta`: ``gbuffer`` and ``paths`` begin as the
+    same network, and features that are mostly noise do not have to be unlearned first. The output
+    of a `vertex_encoder` begins with zero as a whole; `guides` and `demodulated` are as ever.
     `shrink` is 2 where the U-Net works on cells of 2 x 2 pixels, a quarter of the work; what each
     pixel's own samples tell goes past it. It needs `steps` of 1.
     """
@@ -108,8 +109,6 @@ class ModelConfig:
         on = [name for name in extended if getattr(self, name)]
         if on and self.features != "extended":
             raise ConfigError(f"model.{on[0]} needs the feature set extended, not {self.features}")
-        if self.first_hit_start and self.features == "extended":
-            raise ConfigError("model.first_hit_start needs the feature set gbuffer or paths")
         if self.affinity and (self.affinity < 0 or self.pyramid > 1 or not self.layers):
             raise ConfigError(
                 f"model.affinity is {self.affinity}; it needs to be positive, model.layers, and no "

@@ -141,6 +141,7 @@ class Encoding(nn.Module):
         super().__init__()
         self.config = config
         self.width = FLAT
+        self.first_hit = len(COMMON) + PER_VERTEX  # features before those of later vertices
         if config.features == "extended":
             self.width = len(COMMON) + (FOUND + 1 if config.first_non_delta else 0)
             row = PER_VERTEX + (
@@ -151,10 +152,11 @@ class Encoding(nn.Module):
                 self.vertex_network = pointwise(
                     row + COUNT, wide, wide, 2, weight_norm=config.weight_norm
                 )
-                # Vertex 0 also keeps a place of its own.
-                self.width += wide + row
+                later = wide  # vertex 0 also keeps a place of its own
             else:
-                self.width += config.vertices * row
+                later = (config.vertices - 1) * row
+            self.first_hit = self.width + row
+            self.width = self.first_hit + later
 
     def forward(self, x: Tensor) -> Tensor:
         scale = self.config.log_scale

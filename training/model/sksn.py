@@ -22,7 +22,7 @@ from training.model.encoding import (
     path_class,
     ways,
 )
-from training.model.inputs import CHANNELS, COMMON, PER_VERTEX, first_hit_channels
+from training.model.inputs import CHANNELS, first_hit_channels
 from training.model.pyramid import Pyramid
 from training.model.splat import distances, plain_distances, plain_splat, splat
 
@@ -125,7 +125,7 @@ class Sksn(nn.Module):
     def _start_with_first_hit(self) -> None:
         first = self.embeddings[0][0]
         weight = first.weight.detach().clone()
-        weight[:, len(COMMON) + PER_VERTEX :] = 0.0
+        weight[:, self.encoding.first_hit :] = 0.0
         with torch.no_grad():
             first.weight = weight if parametrize.is_parametrized(first) else nn.Parameter(weight)
 
