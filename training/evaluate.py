@@ -182,7 +182,7 @@ class Comparison:
         """What the numbers are of."""
         floors = sorted(self._floors)
         return {
-            "command": " ".join(["python -m training.evaluate", *sys.argv[1:]]),
+            "command": " ".join(["python -m training.evaluate", *map(_shown, sys.argv[1:])]),
             "windows": len(floors),
             "reference_floor": {
                 "epsilon": 1e-2,
@@ -213,6 +213,12 @@ def _networks(given: Sequence[str]) -> dict[str, Path]:
 
 def _ratios(rows: Sequence[Row], first: str, second: str) -> dict[str, statistics.Interval]:
     return {metric: statistics.ratio(rows, first, second, metric) for metric in metrics.NAMES}
+
+
+def _shown(argument: str) -> str:
+    """An argument without the folders of files, for a page that others read."""
+    name, equals, file = argument.rpartition("=")
+    return f"{name}{equals}{Path(file).name}"
 
 
 if __name__ == "__main__":
