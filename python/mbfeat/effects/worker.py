@@ -200,6 +200,8 @@ def main() -> int:
         use_runtime()
         with tempfile.TemporaryDirectory(prefix="mbfeat-effects-") as folder:
             _serve(options, Path(folder))
+    except BrokenPipeError:
+        return 1  # who asked has ended
     except Exception as error:
         from mbfeat.usdrecord import StageError
 
