@@ -43,6 +43,15 @@ Material material(const std::string& path) {
     return m;
 }
 
+Light texturedLight(const std::string& path, LightType type, const std::string& file) {
+    Light light;
+    light.path = path;
+    light.type = type;
+    light.hasTexture = true;
+    light.texture.path = file;
+    return light;
+}
+
 Material texturedMaterial(const std::string& path, const std::string& file) {
     Material m = material(path);
     m.textures.resize(1);
@@ -277,11 +286,7 @@ TEST_CASE_FIXTURE(Fixture, "a missing texture is reported once with the prim and
 }
 
 TEST_CASE_FIXTURE(Fixture, "light textures are loaded for the lights that show them") {
-    Light light;
-    light.path = "/light";
-    light.type = LightType::kRect;
-    light.hasTexture = true;
-    light.texture.path = image("a.png");
+    Light light = texturedLight("/light", LightType::kRect, image("a.png"));
     scene.setLight(light);
     scene.commit();
     CHECK(scene.lights()[0]->image != nullptr);
@@ -292,15 +297,10 @@ TEST_CASE_FIXTURE(Fixture, "light textures are loaded for the lights that show t
 }
 
 TEST_CASE_FIXTURE(Fixture, "lights that an effect takes along are gone, and come back with it") {
-    Light sky;
-    sky.path = "/sky";
-    sky.type = LightType::kDome;
-    sky.hasTexture = true;
-    sky.texture.path = image("sky.png");
     Light panel;
     panel.path = "/panel";
     panel.type = LightType::kRect;
-    scene.setLight(sky);
+    scene.setLight(texturedLight("/sky", LightType::kDome, image("sky.png")));
     scene.setLight(panel);
     scene.commit();
     REQUIRE(scene.lights().size() == 2);
